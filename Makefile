@@ -1,0 +1,37 @@
+# Two commands: `make run` for the main job, `make test` for all checks.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+
+.PHONY: run test lint results clean
+
+run: .venv/installed
+	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
+
+.venv/bin/python:
+	$(PYTHON) -m venv .venv
+
+.venv/installed: pyproject.toml constraints.txt | .venv/bin/python
+	$(PIP) --editable .
+	touch $@
+
+.venv/installed-dev: pyproject.toml constraints.txt | .venv/bin/python
+	$(PIP) --editable '.[dev]'
+	touch $@ .venv/installed
+
+lint: .venv/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: lint
+	$(BIN)/pytest --numprocesses 2
+
+# The committed evidence: all shipped scenarios of the paper, all controllers, ten seeds.
+results: .venv/installed
+	$(BIN)/rightofway run colorado-springs --seeds 10 --out results \
+	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
+
+clean:
+	rm -rf .venv build dist out

@@ -1,0 +1,1 @@
+"""The controllers that ship with Right of Way, each a plugin like anyone else's."""

@@ -1,0 +1,93 @@
+"""The contract: what a controller is and the commands it may give."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from benchmark.intersection import Intersection
+from benchmark.scenario import Scenario, Signal
+from benchmark.state import TrafficState
+
+
+@dataclass(frozen=True, slots=True)
+class Go:
+    """An RV in the decision zone enters the intersection with full acceleration."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """An RV in the decision zone brakes smoothly to the entrance and waits there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """An RV in the control zone takes an acceleration and perhaps another lane.
+
+    Under the flexible arbitration it drives up to the entrance but not over it: only a Go that
+    the arbitration lets pass enters.
+    """
+
+    acceleration: float  # m/s2, between -body.deceleration and body.acceleration
+    lane_change: Literal[-1, 0, 1] = 0  # 1 to the left, -1 to the right, 0 stays
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """A signal shows this phase, after yellow and all-red for the one before."""
+
+    name: str  # one of Intersection.phases
+
+
+Command = Go | Stop | Drive | Phase
+
+
+class Controller(ABC):
+    """Steers one intersection through one episode at a time.
+
+    A controller is found by its entry point in the group ``rightofway.controllers``; the first
+    line of its docstring describes it in tables. It is constructed without arguments.
+    """
+
+    rules: ClassVar[Literal["signals", "robot vehicles"]] = "robot vehicles"
+    """What rules the intersection: lights on, or lights dark (every light shows G)."""
+
+    arbitration: ClassVar[Literal["flexible", "own"]] = "flexible"
+    """Whether Go passes Wang's conflict arbitration, or the controller brings its own."""
+
+    needs_robot_vehicles: ClassVar[bool] = True
+    """False: it commands no vehicle, so it is run once for all penetration rates, with no RVs."""
+
+    weights_hash: str | None = None
+    """SHA-256 of learned weights; part of a record's identity."""
+
+    def supports(self, scenario: Scenario) -> str | None:
+        """Why the scenario is to be skipped, or None if the controller can run on it."""
+        if self.rules == "signals" and scenario.signal is None:
+            return "the scenario has no signal"
+        return None
+
+    def signal(self, scenario: Scenario) -> Signal | None:
+        """The program that SUMO runs where signals rule, until the first ``Phase`` command."""
+        return scenario.signal
+
+    @abstractmethod
+    def reset(self, intersection: Intersection, seed: int) -> None:
+        """A new episode begins; forget the one before.
+
+        Args:
+            intersection: lanes, movements and conflicts, the same for every controller.
+            seed: the only source of randomness a controller may use.
+        """
+
+    @abstractmethod
+    def act(self, state: TrafficState) -> Mapping[str, Command]:
+        """The commands for the next step.
+
+        Args:
+            state: the traffic now.
+
+        Returns:
+            RV id, or the intersection's id for a ``Phase``, to command. An RV without a command
+            drives itself as an HV does.
+        """

@@ -1,0 +1,28 @@
+"""The one tree of errors that a user can cause; the command line catches its root once."""
+
+
+class RightOfWayError(Exception):
+    """Root of all errors with a message for the user.
+
+    The message names the offender, says what was expected and what to do.
+    """
+
+
+class ScenarioError(RightOfWayError):
+    """A scenario file cannot be read, or says something impossible."""
+
+
+class NetworkError(RightOfWayError):
+    """A SUMO program refused the network, the demand or the signal program."""
+
+
+class ControllerError(RightOfWayError):
+    """A controller cannot be found, or broke the contract."""
+
+
+class StoreError(RightOfWayError):
+    """Records cannot be written or read."""
+
+
+class UsageError(RightOfWayError):
+    """The command was called with something that makes no sense."""

@@ -1,0 +1,49 @@
+"""How controllers are found: the entry-point group ``rightofway.controllers``."""
+
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+
+from benchmark.controller import Controller
+from benchmark.errors import ControllerError
+from benchmark.validation import nearest
+
+GROUP = "rightofway.controllers"
+
+
+@cache
+def discovered() -> dict[str, EntryPoint]:
+    """All installed controllers by name, sorted."""
+    return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
+
+
+def load(name: str) -> type[Controller]:
+    """The class of an installed controller.
+
+    Raises:
+        ControllerError: there is none of that name, it cannot be imported, or it is no controller.
+    """
+    if (entry := discovered().get(name)) is None:
+        raise ControllerError(f'unknown controller "{name}"{nearest(name, discovered())}')
+    try:
+        found = entry.load()
+    except Exception as error:  # whatever a plugin does on import
+        raise ControllerError(
+            f'controller "{name}" ({entry.value}) cannot be imported: '
+            f"{type(error).__name__}: {error}"
+        ) from error
+    if not (isinstance(found, type) and issubclass(found, Controller)):
+        raise ControllerError(
+            f'controller "{name}" ({entry.value}) is not a benchmark.controller.Controller'
+        )
+    return found
+
+
+def description(controller: type[Controller]) -> str:
+    """The first line of a controller's docstring."""
+    return (controller.__doc__ or "").strip().partition("\n")[0]
+
+
+def provenance(name: str) -> str:
+    """The distribution a controller comes from, with its version, as in ``rightofway 0.1.0``."""
+    distribution = discovered()[name].dist
+    return f"{distribution.name} {distribution.version}" if distribution else "unknown"

@@ -1,0 +1,98 @@
+"""What an episode leaves behind, with units; the schema of the store."""
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Entry(BaseModel):
+    """Part of a record: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Waiting(Entry):
+    """Stationary time in the control zone over a group of vehicles."""
+
+    mean: float = Field(description="[s]")
+    p95: float = Field(description="95th percentile [s]")
+    maximum: float = Field(description="[s]")
+    vehicles: int
+
+
+class JunctionMetrics(Entry):
+    """The figures of one intersection over the evaluation window."""
+
+    average_waiting_time: float | None = Field(description="[s], the headline; paper's definition")
+    wang_waiting_time: float | None = Field(description="[s], as Wang's code averages")
+    waiting_time_per_vehicle: Waiting | None
+    waiting_by_kind: dict[str, Waiting] = Field(description="by RV and HV")
+    waiting_by_class: dict[str, Waiting]
+    waiting_by_movement: dict[str, Waiting]
+    throughput: float = Field(description="[veh/h] past the entrance")
+    unregulated_lane_ratio: float
+    unregulated_lane_curve: tuple[float, ...] = Field(
+        description="mean over each ten seconds of the whole episode, warm-up included"
+    )
+    lane_changes: int = Field(description="in the control zone")
+    go_held_back: int = Field(description="Go commands the arbitration held back, whole episode")
+    refused_commands: int = Field(description="whole episode")
+    refusals: tuple[str, ...] = Field(description="the most frequent reasons")
+
+
+class TripMetrics(Entry):
+    """The figures of whole trips over the evaluation window."""
+
+    time_loss: float | None = Field(description="[s], mean over vehicles on the road in the window")
+    travel_time: float | None = Field(description="[s], mean over vehicles that arrived in it")
+    insertion_delay: float | None = Field(
+        description="[s], mean over vehicles that entered in it or were waiting to enter at the end"
+    )
+    never_inserted: int = Field(description="vehicles still waiting to enter at the end")
+    arrived: int
+    collisions: int = Field(description="unique pairs of vehicles")
+    collisions_with_robot: int = Field(description="of these, pairs with an RV")
+    emergency_brakings: int
+    co2: float | None = Field(description="[g/km]")
+    nox: float | None = Field(description="[mg/km]")
+    fuel: float | None = Field(description="[g/km]")
+
+
+class Versions(Entry):
+    """What produced the record."""
+
+    rightofway: str
+    sumo: str
+    python: str
+
+
+class Record(Entry):
+    """One episode: one scenario, controller, rate and seed."""
+
+    schema_: Literal[1] = Field(1, alias="schema", description="version of this format")
+    scenario: str
+    controller: str
+    rate: float = Field(description="penetration rate; 0 where the controller commands no vehicle")
+    seed: int
+    status: Literal["ok", "failed", "crashed", "timed out", "skipped"]
+    reason: str | None = Field(None, description="why it is not ok")
+    rules: Literal["signals", "robot vehicles"] | None = None
+    arbitration: Literal["flexible", "own"] | None = None
+    scenario_hash: str
+    network_hash: str | None = None
+    routes_hash: str | None = None
+    controller_from: str | None = Field(None, description="distribution and version")
+    weights_hash: str | None = None
+    versions: Versions
+    junctions: dict[str, JunctionMetrics] = {}
+    trips: TripMetrics | None = None
+    wall_time: float = Field(0.0, description="[s]; the only field that differs between repeats")
+
+    @property
+    def episode(self) -> tuple[str, str, str, float, int]:
+        """What tells episodes apart in a leaderboard: the newest record of each counts."""
+        return self.scenario, self.scenario_hash, self.controller, self.rate, self.seed
+
+    def line(self) -> str:
+        """The record as a line of JSON."""
+        return self.model_dump_json(by_alias=True) + "\n"
