@@ -35,6 +35,7 @@ class Way:
     lane: str  # id of the incoming lane
     exit_lane: str
     length: float  # m, from the entrance to the exit
+    speed_limit: float  # m/s, of its slowest piece
     shape: tuple[Point, ...]  # m, centre line in driving direction
 
 

@@ -243,6 +243,7 @@ class _Reader:
             lane=link.getFromLane().getID(),
             exit_lane=link.getToLane().getID(),
             length=sum(piece.getLength() for piece in pieces),
+            speed_limit=min(piece.getSpeed() for piece in pieces),
             shape=tuple(dict.fromkeys(points)),
         )
 
