@@ -37,11 +37,12 @@ class TrafficLightWebster(TrafficLight):
 class TrafficLightActuated(TrafficLightWebster):
     """The deployed phases, each green extended while vehicles arrive (SUMO's gap control).
 
-    A green lasts at most ``LONGEST`` times Webster's, so that under balanced demand the program
-    can still shift time between phases.
+    The settings are the best of a grid on the four intersections with the validation seeds 1001
+    to 1003: at most 1, 1.25, 1.5 or 2 times Webster's green, gaps of 1.5, 2, 2.5 or 3 s.
     """
 
-    LONGEST = 1.5
+    LONGEST = 1.5  # times Webster's green
+    GAP = 2.0  # s without a vehicle that ends a green
 
     def signal(self, scenario: Scenario) -> Signal | None:
         """Webster's phases as an actuated program."""
@@ -52,4 +53,6 @@ class TrafficLightActuated(TrafficLightWebster):
             phase.model_copy(update={"green": round(self.LONGEST * phase.green)})
             for phase in timed.phases
         )
-        return timed.model_copy(update={"kind": "actuated", "phases": phases})
+        return timed.model_copy(
+            update={"kind": "actuated", "maximum_gap": self.GAP, "phases": phases}
+        )

@@ -31,7 +31,7 @@ class Episode:
 
     scenario: Scenario
     controller: str
-    rate: float
+    rate: float | None  # None where the controller commands no vehicle
     seed: int
 
     def record(
@@ -212,7 +212,7 @@ class _Run:
         )
 
     def _identify(self, junction: str, vehicle: str) -> Identity:
-        is_robot = demand.is_robot(self.episode.seed, vehicle, self.episode.rate)
+        is_robot = demand.is_robot(self.episode.seed, vehicle, self.episode.rate or 0.0)
         if is_robot:
             self.robots.add(vehicle)
         movement = movement_of(

@@ -328,3 +328,47 @@ def _same_movements(scenario: Scenario, network: Network) -> None:
 def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
     """The movement by which a route (edge ids) crosses a junction, or None if it does not."""
     return next((junction.roads[road] for road in pairwise(route) if road in junction.roads), None)
+
+
+@dataclass(frozen=True, slots=True)
+class RoadLane:
+    """A lane of a road as it lies on the ground, for drawings."""
+
+    id: str
+    road: str  # id of its edge
+    index: int  # 0 at the kerb
+    width: float  # m
+    shape: tuple[Point, ...]  # m, centre line in driving direction
+    inside: bool  # whether it lies inside a junction
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What lies on the ground in a network: lanes and the areas where roads meet."""
+
+    lanes: Mapping[str, RoadLane]
+    areas: tuple[tuple[Point, ...], ...]  # m, outlines of the junctions
+
+
+def surroundings(network: Network) -> Surroundings:
+    """Every lane of a network, also those that leave, and the outline of every junction."""
+    roads = _open(network.path)
+    edges = sorted(roads.getEdges(withInternal=True), key=lambda edge: str(edge.getID()))
+    lanes = (lane for edge in edges for lane in edge.getLanes())
+    outlines = (node.getShape() for node in roads.getNodes())
+    return Surroundings(
+        lanes={lane.getID(): _road_lane(lane) for lane in lanes},
+        areas=tuple(tuple((x, y) for x, y in outline) for outline in outlines if len(outline) > 2),
+    )
+
+
+def _road_lane(lane: Any) -> RoadLane:
+    edge = lane.getEdge()
+    return RoadLane(
+        id=lane.getID(),
+        road=edge.getID(),
+        index=lane.getIndex(),
+        width=lane.getWidth(),
+        shape=_shape(lane),
+        inside=edge.getFunction() == "internal",
+    )

@@ -72,7 +72,9 @@ class Record(Entry):
     schema_: Literal[1] = Field(1, alias="schema", description="version of this format")
     scenario: str
     controller: str
-    rate: float = Field(description="penetration rate; 0 where the controller commands no vehicle")
+    rate: float | None = Field(
+        description="penetration rate; null stands for every rate, as no vehicle is commanded"
+    )
     seed: int
     status: Literal["ok", "failed", "crashed", "timed out", "skipped"]
     reason: str | None = Field(None, description="why it is not ok")
@@ -89,7 +91,7 @@ class Record(Entry):
     wall_time: float = Field(0.0, description="[s]; the only field that differs between repeats")
 
     @property
-    def episode(self) -> tuple[str, str, str, float, int]:
+    def episode(self) -> tuple[str, str, str, float | None, int]:
         """What tells episodes apart in a leaderboard: the newest record of each counts."""
         return self.scenario, self.scenario_hash, self.controller, self.rate, self.seed
 

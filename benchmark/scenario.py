@@ -287,6 +287,9 @@ class Signal(Table):
     kind: Literal["fixed", "actuated"] = "fixed"
     yellow: float = Field(4.0, ge=0, le=10, description="[s]")
     all_red: float = Field(1.0, ge=0, le=10, description="[s]")
+    maximum_gap: PositiveFloat = Field(
+        3.0, le=10, description="Gap between vehicles that ends an actuated green [s]."
+    )
     phases: tuple[Phase, ...] = Field(min_length=2)
 
     @model_validator(mode="after")

@@ -45,19 +45,19 @@ def program_xml(scenario: Scenario, signal: Signal | None, network: Network) -> 
             dark = "G" * _width(junction)
             lines += _logic(light, "static", "dark", [(dark, FOREVER, None, "dark")])
         elif signal.kind == "fixed":
-            rows = [(s, t, None, n) for s, t, _, n in _timeline(scenario, signal, junction)]
-            lines += _logic(light, "static", "fixed", rows)
+            fixed = [(s, t, None, n) for s, t, _, n in _timeline(scenario, signal, junction)]
+            lines += _logic(light, "static", "fixed", fixed)
         else:
-            lines += _logic(
-                light, "actuated", "actuated", list(_timeline(scenario, signal, junction))
-            )
+            rows = list(_timeline(scenario, signal, junction))
+            gap = f'<param key="max-gap" value="{signal.maximum_gap:g}"/>'
+            lines += _logic(light, "actuated", "actuated", rows, gap)
     return "\n".join([*lines, "</additional>", ""])
 
 
 Row = tuple[str, float, float | None, str]  # state, longest [s], shortest [s], name
 
 
-def _logic(light: str, kind: str, program: str, rows: Sequence[Row]) -> list[str]:
+def _logic(light: str, kind: str, program: str, rows: Sequence[Row], *parameters: str) -> list[str]:
     phases = []
     for state, longest, shortest, name in rows:
         bounds = f' minDur="{shortest:g}" maxDur="{longest:g}"' if shortest is not None else ""
@@ -66,7 +66,7 @@ def _logic(light: str, kind: str, program: str, rows: Sequence[Row]) -> list[str
             f'<phase duration="{duration:g}"{bounds} state="{state}" name={quoteattr(name)}/>'
         )
     head = f'<tlLogic id={quoteattr(light)} type="{kind}" programID="{program}" offset="0">'
-    return [head, *phases, "</tlLogic>"]
+    return [head, *parameters, *phases, "</tlLogic>"]
 
 
 def _timeline(scenario: Scenario, signal: Signal, junction: Junction) -> Iterator[Row]:

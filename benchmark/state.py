@@ -64,6 +64,14 @@ class MovementState(NamedTuple):
     waiting: float  # s, mean over its vehicles in the control zone; 0 without any
     occupancy: tuple[bool, ...]  # CELLS cells from entrance to exit: whether a vehicle is in it
 
+    def pressure(self, waiting_weight: float) -> float:
+        """How much it wants to go: its vehicles, each worth more the longer they wait.
+
+        Args:
+            waiting_weight: how many vehicles a second of mean waiting is worth to each [1/s].
+        """
+        return self.vehicles * (1 + waiting_weight * self.waiting)
+
 
 @dataclass(frozen=True)
 class TrafficState:

@@ -1,0 +1,54 @@
+"""Where scenarios are: the shipped ones by name, anyone's by path."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from benchmark.errors import ScenarioError
+from benchmark.scenario import Scenario, load
+from benchmark.validation import nearest
+
+
+def shipped_folder() -> Path:
+    """The shipped scenarios: in the wheel beside this file, in a source tree at its top."""
+    inside = Path(__file__).parent / "scenarios"
+    return inside if inside.is_dir() else Path(__file__).parents[1] / "scenarios"
+
+
+def shipped() -> dict[str, Path]:
+    """The shipped scenario files by name, as in ``colorado-springs/229``."""
+    return {f"{path.parent.name}/{path.stem}": path for path in _files(shipped_folder())}
+
+
+def find(references: Iterable[str]) -> list[Scenario]:
+    """Load scenarios by reference, each once, in the order asked for.
+
+    Args:
+        references: each a file, a folder of files, a shipped name (``colorado-springs/229`` or
+            just ``229``) or a shipped folder's name (``colorado-springs``).
+
+    Raises:
+        ScenarioError: a reference leads nowhere, or a file is not a valid scenario.
+    """
+    paths = dict.fromkeys(path for reference in references for path in _resolve(reference))
+    return [load(path) for path in paths]
+
+
+def _resolve(reference: str) -> list[Path]:
+    path, known = Path(reference), shipped()
+    if path.is_file() or path.suffix == ".toml":
+        return [path]  # a missing file is reported where it is read
+    if path.is_dir() and (files := list(_files(path))):
+        return files
+    if found := [file for name, file in known.items() if reference in (name, *name.split("/"))]:
+        return found
+    if path.is_dir():
+        raise ScenarioError(f"{reference}: no scenario files (*.toml) in this folder")
+    folders = {name.split("/")[0] for name in known}
+    raise ScenarioError(
+        f'unknown scenario "{reference}": neither a file, a folder nor shipped'
+        f"{nearest(reference, [*known, *sorted(folders)])}"
+    )
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    yield from sorted(folder.rglob("*.toml"))

@@ -1,0 +1,123 @@
+"""Appends and reads records: JSON Lines, one file per scenario, never silently overwritten."""
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from benchmark.errors import StoreError
+from benchmark.record import Record
+from benchmark.validation import explain
+
+Notice = Callable[[str], None]
+
+
+class Store:
+    """The records of one results folder, in ``records/*.jsonl``.
+
+    Args:
+        folder: the results folder.
+        notice: told what the user should know, such as a half-written line set aside.
+    """
+
+    def __init__(self, folder: Path, notice: Notice = lambda message: None) -> None:
+        self.folder, self._notice = folder, notice
+
+    @property
+    def records_folder(self) -> Path:
+        """Where the records lie."""
+        return self.folder / "records"
+
+    def prepare(self) -> None:
+        """Make sure that records can be written, before any episode is run.
+
+        Raises:
+            StoreError: the folder cannot be made or written.
+        """
+        probe = self.records_folder / ".probe"
+        try:
+            self.records_folder.mkdir(parents=True, exist_ok=True)
+            probe.write_text("")
+            probe.unlink()
+        except OSError as error:
+            raise StoreError(
+                f"{self.records_folder}: cannot write records: {error.strerror}; "
+                "choose another folder with --out"
+            ) from error
+        for path in self._files():
+            self._set_aside_torn_line(path)
+
+    def append(self, record: Record) -> None:
+        """Write a record to the disk before returning.
+
+        Raises:
+            StoreError: the disk refuses; the records before stay whole.
+        """
+        path = self.records_folder / f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', record.scenario)}.jsonl"
+        try:
+            with path.open("ab") as file:
+                start = file.tell()
+                try:
+                    file.write(record.line().encode())
+                    file.flush()
+                    os.fsync(file.fileno())
+                except OSError:
+                    os.truncate(path, start)
+                    raise
+        except OSError as error:
+            raise StoreError(f"{path}: cannot append a record: {error.strerror}") from error
+
+    def read(self) -> list[Record]:
+        """All records, oldest first in each file.
+
+        Raises:
+            StoreError: the folder holds no records, or a line is not a record.
+        """
+        if not self._files():
+            raise StoreError(
+                f"{self.records_folder}: no records here; make some with "
+                f"`rightofway run --out {self.folder}`"
+            )
+        return [record for path in self._files() for record in self._lines(path)]
+
+    def _files(self) -> list[Path]:
+        return sorted(self.records_folder.glob("*.jsonl"))
+
+    def _lines(self, path: Path) -> Iterator[Record]:
+        lines = path.read_bytes().split(b"\n")
+        for number, line in enumerate(lines, start=1):
+            if not line:
+                continue
+            if number == len(lines):
+                self._notice(f"{path}: the last line is half-written and left out")
+                continue
+            yield _parse(line, f"{path}:{number}")
+
+    def _set_aside_torn_line(self, path: Path) -> None:
+        """Move a half-written last line to ``<file>.torn``, so that appending cannot garble it."""
+        data = path.read_bytes()
+        whole, newline, torn = data.rpartition(b"\n")
+        if not torn:
+            return
+        with path.with_suffix(".jsonl.torn").open("ab") as aside:
+            aside.write(torn + b"\n")
+        os.truncate(path, len(whole) + len(newline))
+        self._notice(f"{path}: a half-written last line was set aside in {path.name}.torn")
+
+
+def _parse(line: bytes, place: str) -> Record:
+    try:
+        return Record.model_validate_json(line)
+    except ValidationError as error:
+        try:
+            version = json.loads(line).get("schema")
+        except (ValueError, AttributeError):
+            raise StoreError(f"{place}: not a record; remove the line or restore it") from error
+        if isinstance(version, int) and version > 1:
+            raise StoreError(
+                f"{place}: written by a newer Right of Way (schema {version}); upgrade to read it"
+            ) from error
+        raise StoreError(explain(error, Record, place)) from error

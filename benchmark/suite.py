@@ -1,0 +1,97 @@
+"""Many runs: which episodes a study holds, and worker processes that run them."""
+
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, as_completed
+
+from benchmark import demand, network, plugins
+from benchmark.episode import Episode, run
+from benchmark.errors import RightOfWayError
+from benchmark.record import Record
+from benchmark.scenario import Scenario
+
+TIME_LIMIT = 600.0  # s of wall time for one episode
+
+
+def episodes(
+    scenarios: Sequence[Scenario],
+    controllers: Sequence[str],
+    rates: Sequence[float] | None,
+    seeds: Sequence[int] | None,
+) -> list[Episode]:
+    """All episodes of a study: every controller meets the same scenarios, rates and seeds.
+
+    A controller that commands no vehicle runs once per scenario and seed, with no rate: what
+    happens under it does not depend on who is an RV.
+
+    Args:
+        scenarios: what to run on.
+        controllers: names of installed controllers.
+        rates: penetration rates; None takes each scenario's own.
+        seeds: None takes each scenario's own.
+
+    Raises:
+        ControllerError: a controller is unknown or cannot be imported.
+    """
+    kinds = {name: plugins.load(name) for name in controllers}
+    return [
+        Episode(scenario, name, rate, seed)
+        for scenario in scenarios
+        for name, kind in kinds.items()
+        for rate in (
+            (rates or scenario.evaluation.penetration_rates)
+            if kind.needs_robot_vehicles
+            else (None,)
+        )
+        for seed in seeds or range(1, scenario.evaluation.seeds + 1)
+    ]
+
+
+def prepare(chosen: Sequence[Episode]) -> None:
+    """Build every network and demand once, before workers ask for them.
+
+    Raises:
+        RightOfWayError: a scenario cannot be built.
+    """
+    for episode in {(one.scenario.hash, one.seed): one for one in chosen}.values():
+        demand.build(episode.scenario, network.build(episode.scenario), episode.seed)
+
+
+def run_all(
+    chosen: Sequence[Episode], workers: int, time_limit: float = TIME_LIMIT
+) -> Iterator[Record]:
+    """Run episodes in worker processes; yields each record as its episode ends.
+
+    A worker that crashes or exceeds the time limit costs only its episode, whose record says so.
+
+    Args:
+        chosen: what to run.
+        workers: processes side by side; libsumo holds one simulation each.
+        time_limit: wall time for one episode [s].
+    """
+    from pebble import ProcessPool
+
+    context = multiprocessing.get_context("spawn")
+    with ProcessPool(max_workers=workers, context=context) as pool:
+        futures: dict[Future[Record], Episode] = {
+            pool.schedule(run, args=(episode,), timeout=time_limit): episode for episode in chosen
+        }
+        try:
+            for future in as_completed(futures):
+                yield _record(future, futures[future], time_limit)
+        except BaseException:  # the caller stops early, by Ctrl-C for one
+            pool.stop()  # type: ignore[no-untyped-call]
+            raise
+
+
+def _record(future: Future[Record], episode: Episode, time_limit: float) -> Record:
+    from pebble import ProcessExpired
+
+    try:
+        return future.result()
+    except TimeoutError:
+        return episode.record("timed out", reason=f"not done after {time_limit:g} s")
+    except ProcessExpired as error:
+        return episode.record("crashed", reason=f"the worker process died ({error.exitcode})")
+    except RightOfWayError as error:
+        return episode.record("failed", reason=str(error))

@@ -1,0 +1,201 @@
+"""Rows -> tables: Markdown, CSV, LaTeX, JSON, and the terminal."""
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Literal
+
+from benchmark.leaderboard import COLUMNS, MARKS, Column, Row
+from benchmark.statistics import Estimate
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+Format = Literal["md", "csv", "json", "latex"]
+
+BRIEF = tuple(column for column in COLUMNS if column.brief)
+
+
+def render(rows: Sequence[Row], form: Format) -> str:
+    """The whole leaderboard as text that ends in a newline."""
+    return {"md": markdown, "csv": as_csv, "json": as_json, "latex": latex}[form](rows)
+
+
+def figure(estimate: Estimate | None, digits: int) -> str:
+    """A mean with its interval, as in ``12.3 [11.0, 13.6]``; a dash where there is none."""
+    if estimate is None:
+        return "-"
+    if estimate.low is None:
+        return f"{estimate.mean:.{digits}f}"
+    return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+
+
+def percent(rate: float | None) -> str:
+    """A penetration rate for people."""
+    return "no RVs" if rate is None else f"{100 * rate:g} %"
+
+
+def notes(row: Row) -> str:
+    """Marks, and episodes that are not ok."""
+    return ", ".join([*row.marks, *(f"{count} {status}" for status, count in row.other.items())])
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """An overview per scenario, then every figure by scenario and rate."""
+    lines = ["# Leaderboard", "", _preface(rows), ""]
+    for scenario, members in _by_scenario(rows):
+        lines += [f"## {_escape(scenario)}", "", _overview(members, "github"), ""]
+    lines += ["# All figures", ""]
+    for scenario, members in _by_scenario(rows):
+        for rate, group in groupby(members, key=lambda row: row.rate):
+            lines += [f"## {_escape(scenario)} at {percent(rate)}", ""]
+            lines += [_details(list(group), "github"), ""]
+    return "\n".join(lines)
+
+
+def latex(rows: Sequence[Row]) -> str:
+    """The overview of each scenario as a booktabs tabular."""
+    text = "\n\n".join(
+        f"% {scenario}\n{_overview(members, 'latex_booktabs')}"
+        for scenario, members in _by_scenario(rows)
+    )
+    return text.replace("↓", r"$\downarrow$").replace("↑", r"$\uparrow$") + "\n"
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """A line per row with mean, low and high of every figure."""
+    records = [_flat(row) for row in rows]
+    target = io.StringIO()
+    writer = csv.DictWriter(
+        target, fieldnames=list(records[0]) if records else [], lineterminator="\n"
+    )
+    writer.writeheader()
+    writer.writerows(records)
+    return target.getvalue()
+
+
+def as_json(rows: Sequence[Row]) -> str:
+    """An object per row."""
+    return json.dumps([asdict(row) for row in rows], indent=1) + "\n"
+
+
+def terminal(rows: Sequence[Row]) -> list["Table"]:
+    """The overview of each scenario for a terminal."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    tables = []
+    for scenario, members in _by_scenario(rows):
+        head, body = _matrix(members)
+        table = Table(title=escape(f"{scenario}: average waiting time [s]"), title_justify="left")
+        for index, title in enumerate(head):
+            table.add_column(title, justify="right" if index else "left", no_wrap=True)
+        for line in body:
+            table.add_row(*map(escape, line))
+        tables.append(table)
+    return tables
+
+
+def legend() -> str:
+    """What marks and signs mean."""
+    meanings = "; ".join(f"{mark}: {meaning}" for mark, meaning in MARKS.items())
+    return (
+        "Mean over seeds [95 % bootstrap interval]; ↓ or ↑: significantly below or above "
+        f"traffic-light, paired by seed; * waiting may be low for the wrong reason ({meanings})."
+    )
+
+
+def _preface(rows: Sequence[Row]) -> str:
+    seeds = max((row.headline.count for row in rows if row.headline), default=0)
+    return f"Average waiting time [s]. {legend()} At most {seeds} seeds a cell."
+
+
+def _by_scenario(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
+    return [(name, list(group)) for name, group in groupby(rows, key=lambda row: row.scenario)]
+
+
+def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Controllers by rates, best mean over rates first."""
+    rates = sorted({row.rate for row in rows}, key=lambda rate: rate or 0.0)
+    cells = {(row.controller, row.rate): row for row in rows}
+    controllers = sorted({row.controller for row in rows}, key=lambda name: _rank(rows, name))
+    body = []
+    for controller in controllers:
+        line = [controller]
+        shown: dict[str, int] = {}
+        for rate in rates:
+            row = cells.get((controller, rate))
+            line.append(_cell(row) if row else "-")
+            if row:
+                shown.update(row.other)
+        line.append(", ".join(f"{count} {status}" for status, count in shown.items()))
+        body.append(line)
+    head = ["controller", *(percent(rate) for rate in rates), ""]
+    if not any(line[-1] for line in body):
+        head, body = head[:-1], [line[:-1] for line in body]
+    return head, body
+
+
+def _rank(rows: Sequence[Row], controller: str) -> tuple[float, str]:
+    waits = [row.headline.mean for row in rows if row.controller == controller and row.headline]
+    return (sum(waits) / len(waits) if waits else float("inf"), controller)
+
+
+def _cell(row: Row) -> str:
+    sign = ""
+    if row.difference and row.difference.excludes_zero:
+        sign = "↓ " if row.difference.mean < 0 else "↑ "
+    return f"{sign}{figure(row.headline, 1)}{'*' if row.marks else ''}"
+
+
+def _overview(rows: Sequence[Row], style: str) -> str:
+    from tabulate import tabulate
+
+    head, body = _matrix(rows)
+    align = ["left", *["right"] * (len(head) - 1)]
+    return tabulate(body, head, tablefmt=style, colalign=align, disable_numparse=True)
+
+
+def _details(rows: Sequence[Row], style: str) -> str:
+    from tabulate import tabulate
+
+    head = ["controller", "rules", "vs signal [s]", *(_title(column) for column in BRIEF), "notes"]
+    body = [
+        [
+            *(row.controller, row.rules, figure(row.difference, 1)),
+            *(figure(row.figures.get(column.key), column.digits) for column in BRIEF),
+            notes(row),
+        ]
+        for row in rows
+    ]
+    return tabulate(body, head, tablefmt=style, disable_numparse=True)
+
+
+def _title(column: Column) -> str:
+    return f"{column.title} [{column.unit}]" if column.unit else column.title
+
+
+def _escape(text: str) -> str:
+    """Text as Markdown shows it literally."""
+    return "".join(f"\\{sign}" if sign in "\\`*_{}[]<>#|" else sign for sign in text)
+
+
+def _flat(row: Row) -> dict[str, Any]:
+    flat: dict[str, Any] = {
+        "scenario": row.scenario,
+        "scenario_hash": row.scenario_hash,
+        "rate": row.rate,
+        "controller": row.controller,
+        "rules": row.rules,
+        "seeds": row.headline.count if row.headline else 0,
+        "notes": notes(row),
+    }
+    pairs = [(column.key, row.figures.get(column.key)) for column in COLUMNS]
+    for key, estimate in [("difference_to_signal", row.difference), *pairs]:
+        flat[key] = estimate.mean if estimate else None
+        flat[f"{key}_low"] = estimate.low if estimate else None
+        flat[f"{key}_high"] = estimate.high if estimate else None
+    return flat
