@@ -10,8 +10,9 @@ from benchmark.state import TrafficState
 class VirtualSignal(Controller):
     """RVs act as a signal: the conflict-free set with the greatest queue and waiting goes.
 
-    The settings come from a grid on the four intersections at 60 % with the validation seeds 1001
-    to 1003 (greens of 10 to 30 s, clearances of 0 and 2 s, weights 0.03 and 0.1).
+    The settings come from grids on the four intersections at 50 and 60 % with the validation seeds
+    1001 to 1003 (greens of 10 to 30 s, clearances of 0 to 2 s, weights 0.03 to 1); greens of 15 to
+    25 s differ by less than seeds do.
 
     Args:
         green: how long a set keeps its turn while others wait [s].
@@ -20,7 +21,7 @@ class VirtualSignal(Controller):
     """
 
     def __init__(
-        self, green: float = 20.0, clearance: float = 1.0, waiting_weight: float = 0.1
+        self, green: float = 20.0, clearance: float = 2.0, waiting_weight: float = 0.1
     ) -> None:
         self._green, self._clearance, self._waiting_weight = green, clearance, waiting_weight
 

@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any
@@ -18,9 +19,10 @@ from xml.sax.saxutils import quoteattr
 from benchmark import sumo_tools
 from benchmark.network import Network, movement_of
 from benchmark.plain_xml import exit_name
-from benchmark.scenario import LETTERS, Krauss, Scenario, VehicleClass
+from benchmark.scenario import LETTERS, Krauss, Scenario, TurnCounts, VehicleClass
 
 OPTIONS = ("--accept-all-destinations", "true")
+FOREVER = 1000000.0  # s
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +56,10 @@ def build(scenario: Scenario, network: Network, seed: int) -> Routes:
         vehicle_type_xml(name, vehicle, scenario.intersection.speed_cap)
         for name, vehicle in scenario.vehicles.items()
     )
-    shares = repr({name: vehicle.share for name, vehicle in scenario.vehicles.items()})
+    drivers = repr({name: vehicle.model_dump() for name, vehicle in scenario.vehicles.items()})
     key = sumo_tools.digest(
-        *(sumo_tools.sumo_version(), network.hash, flows, turns, classes, shares),
-        *(str(seed), *OPTIONS),
+        *(sumo_tools.sumo_version(), network.hash, flows, turns, classes, drivers),
+        *(str(seed), *OPTIONS, Path(__file__).read_bytes()),
     )
 
     def make(folder: Path) -> None:
@@ -110,13 +112,22 @@ def flows_xml(scenario: Scenario) -> str:
 
 
 def turns_xml(scenario: Scenario) -> str:
-    """Turn shares per approach and period, for jtrrouter."""
+    """Turn shares per approach, for jtrrouter.
+
+    jtrrouter asks for them when a vehicle reaches the intersection, and where it finds none it
+    invents some. So a period's shares hold until the next period begins, and an approach that the
+    next period does not count keeps the ones it had.
+    """
     lines = ["<edgeRelations>"]
-    for period in scenario.demand:
-        lines.append(f'<interval begin="{period.begin:g}" end="{period.end:g}">')
+    counted: dict[str, TurnCounts] = {}
+    for period, after in zip_longest(scenario.demand, scenario.demand[1:]):
+        end = after.begin if after else FOREVER
+        lines.append(f'<interval begin="{period.begin:g}" end="{end:g}">')
         for name in scenario.approaches.names():
+            if period.counts(name).total > 0:
+                counted[name] = period.counts(name)
             for turn in "LCR":
-                count = period.counts(name).of(turn)
+                count = counted[name].of(turn) if name in counted else 0.0
                 if count > 0 and (leg := scenario.exit_leg(name, turn)):
                     lines.append(
                         f'<edgeRelation from="{name}" to="{exit_name(leg)}" count="{count:g}"/>'
@@ -150,6 +161,9 @@ def _with_drivers(drawn: Path, scenario: Scenario, classes: str, seed: int) -> s
     lines = ["<routes>", classes.rstrip()]
     for vehicle in ElementTree.parse(drawn).getroot().iter("vehicle"):  # noqa: S314 (our own file)
         name = vehicle.attrib["id"]
+        period = scenario.demand[int(name.split(".")[1])]
+        if float(vehicle.attrib["depart"]) >= period.end:
+            continue  # jtrrouter lets every flow end with a vehicle past its end
         kind = _draw_class(scenario, seed, name)
         deviation = scenario.vehicles[kind].speed_deviation
         route = vehicle.find("route")

@@ -104,13 +104,14 @@ class _Controllers:
 
     def __init__(self, episode: Episode, kind: type[Controller]) -> None:
         self._episode, self.kind = episode, kind
+        scenario = episode.scenario.model_copy(deep=True)  # not ours to lose
         self._first = self._new()
         self._by_junction: dict[str, Controller] = {}
         try:
-            self.unsupported = self._first.supports(episode.scenario)
+            self.unsupported = self._first.supports(scenario)
             self.signal = None
             if kind.rules == "signals" and self.unsupported is None:
-                self.signal = self._first.signal(episode.scenario)
+                self.signal = self._first.signal(scenario)
         except RightOfWayError:
             raise
         except Exception as error:
@@ -199,9 +200,7 @@ class _Run:
         kind, signal = self.controllers.kind, self.controllers.signal
         return _Site(
             junction=junction,
-            tracker=Tracker(
-                junction, scenario.evaluation.step, lambda vehicle: self._identify(name, vehicle)
-            ),
+            tracker=Tracker(junction, lambda vehicle: self._identify(name, vehicle)),
             rules=Rules(
                 junction.intersection,
                 self.episode.controller,
@@ -219,7 +218,7 @@ class _Run:
             self.network.junctions[junction], self.routes.travellers[vehicle].route
         )
         assert movement is not None
-        return Identity(is_robot, movement, self.simulation.body(vehicle))
+        return Identity(vehicle, is_robot, movement, self.simulation.body(vehicle))
 
     def _loop(self) -> int:
         """Run all steps; return the emergency brakings in the window."""
@@ -229,10 +228,10 @@ class _Run:
             time = self.simulation.step()
             for name, site in self.sites.items():
                 self._steer(name, site, time)
-            if time <= evaluation.warm_up:
-                before_window = self.simulation.emergency_brakings()
-            else:
+            if time > evaluation.warm_up:
                 self.pairs.update(self.simulation.colliding())
+            elif time + evaluation.step > evaluation.warm_up:
+                before_window = self.simulation.emergency_brakings()
         return self.simulation.emergency_brakings() - before_window
 
     def _steer(self, name: str, site: _Site, time: float) -> None:
@@ -257,39 +256,73 @@ class _Run:
             simulation.set_lights(name, lights)
 
     def _figures(self, site: _Site) -> JunctionMetrics:
-        evaluation = self.episode.scenario.evaluation
-        log, movements = site.tracker.log, site.junction.intersection.regulated_movements
-        start = metrics.window_start(log.times, evaluation.warm_up)
-        step = np.asarray(log.step, dtype=np.int64)
-        waiting = np.asarray(log.waiting, dtype=np.float64)
-        index = {name: position for position, name in enumerate(movements)}
-        movement = np.asarray([index.get(name, -1) for name in log.movement], dtype=np.int64)
-        inside, regulated = step >= start, (step >= start) & (movement >= 0)
-        finals = metrics.final_waiting(log, start)
-        kind_of = dict(zip(log.vehicle, log.movement, strict=True))
+        evaluation, seen = self.episode.scenario.evaluation, _Sights.of(site)
+        steps, start = seen.steps, metrics.window_start(site.tracker.log.times, evaluation.warm_up)
+        window = seen.step >= start
+        counted = window & (seen.movement >= 0)
+        last = metrics.last_sights(seen.step, seen.vehicle, start)
+        finals = seen.waiting[last]
+        who = [site.tracker.log.vehicles[index] for index in seen.vehicle[last]]
+        unregulated = metrics.unregulated_ratios(
+            seen.step, seen.lane, seen.is_robot, seen.regulated_lanes, steps
+        )
         reasons = site.rules.refusals.most_common(REASONS_KEPT)
         return JunctionMetrics(
-            average_waiting_time=metrics.average_waiting_time(step[inside], waiting[inside]),
+            average_waiting_time=metrics.average_waiting_time(
+                seen.step[window], seen.waiting[window]
+            ),
             wang_waiting_time=metrics.wang_waiting_time(
-                step[regulated] - start,
-                movement[regulated],
-                waiting[regulated],
-                len(movements),
-                len(log.times) - start,
+                *(seen.step[counted] - start, seen.movement[counted], seen.waiting[counted]),
+                *(len(site.junction.intersection.regulated_movements), steps - start),
             ),
-            waiting_time_per_vehicle=metrics.waiting_of(finals.values()),
-            waiting_by_kind=metrics.waiting_by(
-                finals, lambda vehicle: "RV" if vehicle in self.robots else "HV"
+            waiting_time_per_vehicle=metrics.waiting_of(finals),
+            waiting_by_kind=metrics.waiting_by(finals, ["RV" if v.is_robot else "HV" for v in who]),
+            waiting_by_class=metrics.waiting_by(finals, [v.body.vehicle_class for v in who]),
+            waiting_by_movement=metrics.waiting_by(finals, [v.movement for v in who]),
+            throughput=metrics.throughput(seen.step[last], start, steps, evaluation.step),
+            unregulated_lane_ratio=float(np.mean(unregulated[start:])),
+            unregulated_lane_curve=metrics.curve(unregulated, evaluation.step),
+            lane_changes=metrics.lane_changes(
+                seen.step, seen.vehicle, seen.lane, seen.lane_row, start
             ),
-            waiting_by_class=metrics.waiting_by(
-                finals, lambda vehicle: self.routes.travellers[vehicle].vehicle_class
-            ),
-            waiting_by_movement=metrics.waiting_by(finals, kind_of.__getitem__),
-            throughput=metrics.throughput(log.crossed, start, evaluation.step),
-            unregulated_lane_ratio=float(np.mean(log.unregulated[start:])),
-            unregulated_lane_curve=metrics.curve(log.unregulated, evaluation.step),
-            lane_changes=sum(log.lane_changes[start:]),
             go_held_back=site.rules.held_back,
             refused_commands=site.rules.refusals.total(),
             refusals=tuple(f"{reason} ({count} times)" for reason, count in reasons),
+        )
+
+
+@dataclass(frozen=True)
+class _Sights:
+    """A site's log as arrays: an entry per vehicle and step, unless said otherwise."""
+
+    steps: int
+    step: metrics.Ints
+    vehicle: metrics.Ints
+    lane: metrics.Ints
+    waiting: metrics.Floats
+    movement: metrics.Ints  # index among the regulated movements, -1 for the others
+    is_robot: metrics.Bools
+    regulated_lanes: metrics.Bools  # by lane
+    lane_row: metrics.Ints  # by lane; lanes beside each other share a row
+
+    @classmethod
+    def of(cls, site: _Site) -> "_Sights":
+        log, junction = site.tracker.log, site.junction
+        movements = {name: i for i, name in enumerate(junction.intersection.regulated_movements)}
+        rows: dict[tuple[str, float], int] = {}
+        places = [junction.zone[lane] for lane in log.lanes]
+        vehicle = np.asarray(log.vehicle, dtype=np.int64)
+        movement = np.asarray([movements.get(v.movement, -1) for v in log.vehicles], dtype=np.int64)
+        robots = np.asarray([one.is_robot for one in log.vehicles], dtype=bool)
+        regulated = set(junction.intersection.regulated_lanes)
+        return cls(
+            steps=len(log.times),
+            step=np.repeat(np.arange(len(log.times)), np.asarray(log.present, dtype=np.int64)),
+            vehicle=vehicle,
+            lane=np.asarray(log.lane, dtype=np.int64),
+            waiting=np.asarray(log.waiting, dtype=np.float64),
+            movement=movement[vehicle],
+            is_robot=robots[vehicle],
+            regulated_lanes=np.asarray([lane in regulated for lane in log.lanes]),
+            lane_row=np.asarray([rows.setdefault((p.approach, p.end), len(rows)) for p in places]),
         )

@@ -299,7 +299,7 @@ def _phase_diagram(axes: Axes, site: Site, signal: Signal) -> None:
         patch = Rectangle((-0.02, row - 0.5), 0.012, 1.0, transform=axes.get_yaxis_transform())
         patch.set(color=colour_of(site.intersection.movements[name].approach), clip_on=False)
         axes.add_patch(patch)
-        for start, length, light in _lights(signal, name):
+        for start, length, light in lights(signal, name):
             axes.barh(row, length, 0.72, start, **LIGHTS[light])
         for start, phase, _ in _timeline(signal):
             if signal.kind == "actuated" and name in phase.movements:
@@ -315,7 +315,7 @@ def _timeline(signal: Signal) -> Iterator[tuple[float, Phase, Phase]]:
         start += phase.green + signal.yellow + signal.all_red
 
 
-def _lights(signal: Signal, movement: str) -> Iterator[tuple[float, float, str]]:
+def lights(signal: Signal, movement: str) -> Iterator[tuple[float, float, str]]:
     """What a movement sees over the cycle but red: start [s], length [s] and light."""
     for start, phase, after in _timeline(signal):
         end = start + phase.green
@@ -343,7 +343,7 @@ def _phase_heads(axes: Axes, signal: Signal) -> None:
 def _light_legend(axes: Axes, site: Site, signal: Signal) -> None:
     """The lights that the program shows."""
     movements = site.intersection.regulated_movements
-    seen = {light for name in movements for _, length, light in _lights(signal, name) if length}
+    seen = {light for name in movements for _, length, light in lights(signal, name) if length}
     shown = [light for light in LIGHTS if light in seen]
     axes.legend(
         [Patch(**LIGHTS[light]) for light in shown],

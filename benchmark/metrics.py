@@ -2,21 +2,24 @@
 
 ``w_v(t)``: seconds that vehicle v has been stationary (below 0.1 m/s) inside the control zone up
 to time t, counted since it entered. The evaluation window holds the steps after ``warm_up``.
+
+Sights are (step, vehicle) pairs: vehicle v is in the control zone at step t. Arrays of sights run
+step by step.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from benchmark.record import TripMetrics, Waiting
 from benchmark.simulation import Trip
-from benchmark.tracking import Log
 
 CURVE_BIN = 10.0  # s
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 
 def window_start(times: Sequence[float], warm_up: float) -> int:
@@ -31,8 +34,8 @@ def average_waiting_time(step: Ints, waiting: Floats) -> float | None:
     in the control zone (paper, Baselines and Evaluation Metric).
 
     Args:
-        step: the step of each (vehicle, step) pair, shape (n,).
-        waiting: ``w_v(t)`` of each pair [s], shape (n,).
+        step: of each sight in the window, shape (n,).
+        waiting: ``w_v(t)`` of each sight [s], shape (n,).
     """
     if not len(step):
         return None
@@ -49,9 +52,9 @@ def wang_waiting_time(
     ``(1/(J T)) sum_t sum_j (1/n_{t,j}) sum_{v in j} w_v(t)``, as Wang et al.'s code averages.
 
     Args:
-        step: of each pair, 0 for the window's first, shape (n,).
-        movement: index of the regulated movement of each pair, shape (n,).
-        waiting: ``w_v(t)`` of each pair [s], shape (n,).
+        step: of each sight, 0 for the window's first, shape (n,).
+        movement: index of the regulated movement of each sight, shape (n,).
+        waiting: ``w_v(t)`` of each sight [s], shape (n,).
         movements: J, the number of regulated movements.
         steps: T, the number of steps in the window.
     """
@@ -63,46 +66,106 @@ def wang_waiting_time(
     return float(np.sum(total / np.maximum(present, 1)) / (movements * steps))
 
 
-def waiting_of(finals: Collection[float]) -> Waiting | None:
-    """Mean, 95th percentile and maximum of final waiting times; None for no vehicle."""
-    if not finals:
+def waiting_of(finals: Floats) -> Waiting | None:
+    """Mean, 95th percentile and maximum of final waiting times [s]; None for no vehicle."""
+    if not len(finals):
         return None
-    values = np.asarray(list(finals))
     return Waiting(
-        mean=float(values.mean()),
-        p95=float(np.percentile(values, 95)),
-        maximum=float(values.max()),
-        vehicles=len(values),
+        mean=float(finals.mean()),
+        p95=float(np.percentile(finals, 95)),
+        maximum=float(finals.max()),
+        vehicles=len(finals),
     )
 
 
-def waiting_by(finals: dict[str, float], group: Callable[[str], str]) -> dict[str, Waiting]:
-    """``waiting_of`` for each group of vehicles, by the groups' names."""
-    groups: dict[str, list[float]] = {}
-    for vehicle, waited in finals.items():
-        groups.setdefault(group(vehicle), []).append(waited)
-    return {name: found for name in sorted(groups) if (found := waiting_of(groups[name]))}
-
-
-def final_waiting(log: Log, start: int) -> dict[str, float]:
-    """Final ``w_v`` [s] of the vehicles that left the zone in the window or are in it at the end.
+def waiting_by(finals: Floats, groups: Sequence[str]) -> dict[str, Waiting]:
+    """``waiting_of`` for each group of vehicles, by the groups' names.
 
     Args:
-        log: of the whole episode.
+        finals: final waiting time of each vehicle [s], shape (n,).
+        groups: the group of each vehicle.
+    """
+    labels = np.asarray(groups)
+    return {
+        str(name): found
+        for name in np.unique(labels)
+        if (found := waiting_of(finals[labels == name]))
+    }
+
+
+def last_sights(step: Ints, vehicle: Ints, start: int) -> Ints:
+    """Where each vehicle is seen last, of those that left in the window or are there at the end.
+
+    A vehicle last seen in the step before the window left in the window.
+
+    Args:
+        step: of each sight of the episode, shape (n,).
+        vehicle: of each sight, shape (n,).
+        start: the window's first step.
+
+    Returns:
+        Indices of sights, one per vehicle, in ascending order of vehicles.
+    """
+    _, from_end = np.unique(vehicle[::-1], return_index=True)
+    last = len(vehicle) - 1 - from_end
+    return np.asarray(last[step[last] >= start - 1], dtype=np.int64)
+
+
+def throughput(last_step: Ints, start: int, steps: int, step: float) -> float:
+    """Vehicles past the entrance per hour of the window [veh/h].
+
+    Args:
+        last_step: the step of each vehicle's last sight; unless that is the episode's last step
+            the vehicle passed the entrance in the next.
+        start: the window's first step.
+        steps: steps of the episode.
+        step: simulated time per step [s].
+    """
+    passed = np.count_nonzero((last_step >= start - 1) & (last_step < steps - 1))
+    return float(3600 * passed / ((steps - start) * step)) if steps > start else 0.0
+
+
+def lane_changes(step: Ints, vehicle: Ints, lane: Ints, row: Ints, start: int) -> int:
+    """Lane changes in the control zone during the window.
+
+    Args:
+        step: of each sight of the episode, shape (n,).
+        vehicle: of each sight, shape (n,).
+        lane: of each sight, shape (n,).
+        row: by lane, which lanes lie beside each other: to go from one to another of the same row
+            is a change, to another row is driving on.
         start: the window's first step.
     """
-    last = dict(zip(log.vehicle, zip(log.step, log.waiting, strict=True), strict=True))
-    # a vehicle last seen in the step before the window left the zone in the window
-    return {vehicle: waited for vehicle, (step, waited) in last.items() if step >= start - 1}
+    order = np.lexsort((step, vehicle))
+    before, after = order[:-1], order[1:]
+    moved = (
+        (vehicle[before] == vehicle[after])
+        & (step[after] >= start)
+        & (lane[before] != lane[after])
+        & (row[lane[before]] == row[lane[after]])
+    )
+    return int(np.count_nonzero(moved))
 
 
-def throughput(crossed: Sequence[int], start: int, step: float) -> float:
-    """Vehicles past the entrance per hour of the window [veh/h]."""
-    window = crossed[start:]
-    return 3600 * sum(window) / (len(window) * step) if window else 0.0
+def unregulated_ratios(
+    step: Ints, lane: Ints, is_robot: Bools, regulated: Bools, steps: int
+) -> Floats:
+    """The share of left and cross lanes without an RV on them, by step.
+
+    Args:
+        step: of each sight of the episode, shape (n,).
+        lane: of each sight, shape (n,).
+        is_robot: whether each sight is of an RV, shape (n,).
+        regulated: by lane, whether it is a left or cross lane at the entrance.
+        steps: steps of the episode.
+    """
+    led = is_robot & regulated[lane]
+    pairs = np.unique(step[led] * len(regulated) + lane[led])
+    lanes_led = np.bincount(pairs // len(regulated), minlength=steps)
+    return 1 - lanes_led / np.count_nonzero(regulated)
 
 
-def curve(values: Sequence[float], step: float) -> tuple[float, ...]:
+def curve(values: Floats, step: float) -> tuple[float, ...]:
     """Means over bins of ten seconds, rounded to four digits."""
     size = max(1, round(CURVE_BIN / step))
     return tuple(
@@ -131,15 +194,21 @@ def trip_metrics(
     - ``travel_time``: mean over vehicles that arrived in the window.
     - ``insertion_delay``: mean over vehicles that entered in the window or still waited to enter
       at its end.
-    - emissions: sums over the vehicles on the road in the window, per kilometre they drove.
+    - emissions: over the vehicles on the road in the window whose emissions SUMO recorded, their
+      sum per kilometre they drove.
     """
     on_road = [
-        t for t in trips if t.depart is not None and (t.arrival is None or t.arrival > warm_up)
+        trip
+        for trip in trips
+        if trip.depart is not None and (trip.arrival is None or trip.arrival > warm_up)
     ]
     arrived = [trip for trip in on_road if trip.arrival is not None]
     entering = [trip for trip in trips if trip.depart is None or trip.depart > warm_up]
     crashes, with_robot = collisions(pairs, robots)
-    kilometres = sum(trip.distance for trip in on_road) / 1000
+    emitted = [
+        (trip.emissions, trip.distance / 1000) for trip in on_road if trip.emissions is not None
+    ]
+    kilometres = sum(distance for _, distance in emitted)
 
     def per_km(values: Iterable[float]) -> float | None:
         return sum(values) / kilometres if kilometres else None
@@ -153,9 +222,9 @@ def trip_metrics(
         collisions=crashes,
         collisions_with_robot=with_robot,
         emergency_brakings=emergency_brakings,
-        co2=per_km(trip.co2 for trip in on_road),
-        nox=per_km(trip.nox for trip in on_road),
-        fuel=per_km(trip.fuel for trip in on_road),
+        co2=per_km(emissions.co2 for emissions, _ in emitted),
+        nox=per_km(emissions.nox for emissions, _ in emitted),
+        fuel=per_km(emissions.fuel for emissions, _ in emitted),
     )
 
 

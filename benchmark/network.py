@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from benchmark import sumo_tools
@@ -72,7 +73,8 @@ _built: dict[str, Network] = {}  # by the scenario's hash; one process meets few
 
 def _build(scenario: Scenario) -> Network:
     first = plain_xml(scenario, setbacks={})
-    key = sumo_tools.digest(sumo_tools.sumo_version(), *OPTIONS, *first.values())
+    source = Path(plain_xml.__code__.co_filename).read_bytes()
+    key = sumo_tools.digest(sumo_tools.sumo_version(), source, *OPTIONS, *first.values())
 
     def make(folder: Path) -> None:
         setbacks = _setbacks(_netconvert(folder, first), scenario)
@@ -167,11 +169,13 @@ class _Reader:
             control_zone=settings.control_zone,
             decision_zone=settings.decision_zone,
             step=self.scenario.evaluation.step,
-            lanes=self._lanes(),
-            movements=movements,
-            phases={phase.name: frozenset(phase.movements) for phase in signal.phases}
-            if signal
-            else {},
+            lanes=MappingProxyType(self._lanes()),
+            movements=MappingProxyType(movements),
+            phases=MappingProxyType(
+                {phase.name: frozenset(phase.movements) for phase in signal.phases}
+                if signal
+                else {}
+            ),
         )
         return Junction(
             intersection=intersection,

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from math import cos, radians, sin
 from xml.sax.saxutils import quoteattr
 
-from benchmark.scenario import COMPASS, Approach, Scenario
+from benchmark.scenario import COMPASS, LETTERS, Approach, Scenario
 
 CENTRE = "intersection"
 TAPER = 100.0  # m behind the intersection after which surplus exit lanes end
@@ -135,7 +135,13 @@ class _Leg:
                 yield _connection(self.exit, f"{self.exit}.far", index, max(0, index - surplus))
 
     def ways_through(self) -> Iterator[str]:
-        """Right turns keep to the kerb of the exit; cross and left turns to its centre line."""
+        """Right turns keep to the kerb of the exit; cross and left turns to its centre line.
+
+        Only a left turn that some phase permits to filter through gaps gets a waiting point inside
+        the junction. Elsewhere a vehicle that stands in the middle of the box is an accident to
+        come: with SUMO's waiting points everywhere, dark lights gave collisions by the dozen and
+        rings of four left-turners that wait for each other forever.
+        """
         for turn in "RCL":
             leg = self.scenario.exit_leg(self.name, turn)
             sources = [index for index, turns in enumerate(self.lanes) if turn in turns]
@@ -144,7 +150,16 @@ class _Leg:
             lanes = _Leg(self.scenario, leg, getattr(self.scenario.approaches, leg), 0).receiving
             first = 0 if turn == "R" else lanes - len(sources)
             for offset, source in enumerate(sources):
-                yield _connection(self.name, exit_name(leg), source, first + offset)
+                yield _connection(
+                    *(self.name, exit_name(leg), source, first + offset),
+                    extra="" if turn == "L" and self._filters() else 'contPos="0"',
+                )
+
+    def _filters(self) -> bool:
+        """Whether a phase of the signal permits this approach's left turn."""
+        signal = self.scenario.signal
+        left = f"{LETTERS[self.name]}-L"
+        return signal is not None and any(left in phase.permitted for phase in signal.phases)
 
 
 def _edge(name: str, start: str, end: str, lanes: int, limit: float) -> str:
@@ -154,5 +169,8 @@ def _edge(name: str, start: str, end: str, lanes: int, limit: float) -> str:
     )
 
 
-def _connection(source: str, target: str, lane: int, target_lane: int) -> str:
-    return f'<connection from="{source}" to="{target}" fromLane="{lane}" toLane="{target_lane}"/>'
+def _connection(source: str, target: str, lane: int, target_lane: int, extra: str = "") -> str:
+    return (
+        f'<connection from="{source}" to="{target}" fromLane="{lane}" toLane="{target_lane}" '
+        f"{extra}/>"
+    )

@@ -69,12 +69,15 @@ class Rules:
                 f"{self._controller}: act returned {type(commands).__name__}; "
                 "expected a mapping of ids to commands"
             )
+        if not commands and not self._commanded:
+            return Orders()
         vehicles = {vehicle.id: vehicle for vehicle in state.vehicles}
         speeds: dict[str, float] = {}
         lanes: dict[str, int] = {}
         held: set[str] = set()
         cleared: set[str] = set()
         phase = None
+        conflicts: dict[str, bool] = {}  # movement -> whether a Go of it is held back
         for target, command in commands.items():
             if reason := self._refusal(vehicles, target, command):
                 self.refusals[reason] += 1
@@ -83,7 +86,7 @@ class Rules:
             else:
                 vehicle = vehicles[target]
                 if isinstance(command, Go):
-                    if self._may_enter(state, vehicle):
+                    if self._may_enter(state, vehicle, conflicts):
                         cleared.add(target)
                     else:
                         held.add(target)
@@ -109,9 +112,10 @@ class Rules:
     def _why_not(
         self, vehicles: Mapping[str, Vehicle], target: str, command: Command
     ) -> str | None:
-        if isinstance(command, Phase):
-            return self._why_no_phase(target, command)
-        if not isinstance(command, Go | Stop | Drive):
+        kind = type(command)
+        if kind is Phase:
+            return self._why_no_phase(target, command)  # type: ignore[arg-type]
+        if kind not in (Go, Stop, Drive):
             return "it is not a command; expected Go, Stop, Drive or Phase"
         if (vehicle := vehicles.get(target)) is None:
             return "the vehicle is not in the control zone"
@@ -157,8 +161,12 @@ class Rules:
 
     # --- arbitration -----------------------------------------------------------------------
 
-    def _may_enter(self, state: TrafficState, vehicle: Vehicle) -> bool:
-        if self._arbitration == "own" or not held_by_conflict(state, vehicle.movement):
+    def _may_enter(self, state: TrafficState, vehicle: Vehicle, conflicts: dict[str, bool]) -> bool:
+        if self._arbitration == "own":
+            return True
+        if vehicle.movement not in conflicts:
+            conflicts[vehicle.movement] = held_by_conflict(state, vehicle.movement)
+        if not conflicts[vehicle.movement]:
             return True
         return vehicle.id in self._cleared and not _can_stop(vehicle)
 

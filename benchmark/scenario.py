@@ -5,6 +5,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterator
+from datetime import date, time
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -129,6 +130,11 @@ class Approach(Table):
     def _bay_fits(self) -> Self:
         if self.bay is not None and self.bay > self.length:
             raise ValueError(f"bay ({self.bay:g} m) is longer than length ({self.length:g} m)")
+        if self.upstream_lanes not in (None, len(self.lane_turns)) and not self.has_bay:
+            raise ValueError(
+                f"upstream_lanes ({self.upstream_lanes}) differs from the lanes at the entrance; "
+                f"add a bay shorter than length in which they change"
+            )
         return self
 
     @property
@@ -216,7 +222,7 @@ class Demand(Table):
 class Idm(Table):
     """The Intelligent Driver Model, which the paper's HVs follow."""
 
-    model: Literal["IDM"] = "IDM"
+    model: Literal["IDM"]
     acceleration: PositiveFloat = Field(2.6, le=10, description="[m/s2]")
     deceleration: PositiveFloat = Field(4.5, le=15, description="[m/s2]")
     headway: PositiveFloat = Field(1.0, le=10, description="Desired time headway [s].")
@@ -243,9 +249,9 @@ class VehicleClass(Table):
     )
     length: PositiveFloat | None = Field(None, le=30, description="[m]; default: the kind's.")
     speed_deviation: float = Field(
-        0.1, ge=0, le=0.5, description="Standard deviation of desired speed over speed limit."
+        0.1, ge=0, le=0.4, description="Standard deviation of desired speed over speed limit."
     )
-    car_following: Idm | Krauss = Field(Idm(), discriminator="model")
+    car_following: Idm | Krauss = Field(Idm(model="IDM"), discriminator="model")
 
 
 class Phase(Table):
@@ -259,7 +265,9 @@ class Phase(Table):
         le=300, description="Green time [s]; under an actuated program the longest."
     )
     minimum_green: PositiveFloat = Field(
-        5.0, le=300, description="The shortest green [s]; matters to actuated programs only."
+        5.0,
+        le=300,
+        description="The shortest green [s] of an actuated program or before another Phase.",
     )
 
     @field_validator("movements", "permitted")
@@ -342,8 +350,21 @@ class Scenario(Table):
                 "evaluation": {"penetration_rates", "seeds"},
             },
         )
+        for name, approach in self.approaches.items():
+            meaning["approaches"][name] |= {
+                "bay": approach.bay if approach.has_bay else None,
+                "upstream_lanes": approach.upstream_lanes or len(approach.lane_turns),
+                "exit_lanes": approach.exit_lanes or self._lanes_beyond(name),
+            }
         canonical = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
+
+    def _lanes_beyond(self, name: str) -> int | None:
+        """The lanes of the other side of the road beyond an approach, None without such a road."""
+        if (leg := self.exit_leg(name, "C")) is None:
+            return None
+        other: Approach = getattr(self.approaches, leg)
+        return other.upstream_lanes or len(other.lane_turns)
 
     def served_turns(self, approach: str) -> set[str]:
         """The turns that some lane of the approach serves."""
@@ -402,6 +423,9 @@ class Scenario(Table):
                 if self.exit_leg(name, turn) is None:
                     yield f'approaches.{name}.lanes: turn "{turn}" leads to no road'
 
+        if not any(self.served_turns(name) & {"L", "C"} for name in self.approaches.names()):
+            yield "approaches: all lanes turn right; there is nothing to regulate"
+
     def _signal_problems(self) -> Iterator[str]:
         if self.signal is None:
             return
@@ -448,7 +472,7 @@ def load(path: Path) -> Scenario:
         raise ScenarioError(
             f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8"
         ) from error
-    except tomllib.TOMLDecodeError as error:
+    except (RecursionError, ValueError) as error:  # too deep; bad syntax or a number too long
         raise ScenarioError(f"{path}: not valid TOML: {error}") from error
     return parse(document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}")
 
@@ -464,12 +488,31 @@ def parse(document: dict[str, Any], source: str, name: str) -> Scenario:
     Raises:
         ScenarioError: as ``load``.
     """
+    if found := next(_not_json(document), None):
+        raise ScenarioError(f"{source}: {found}")
     try:
-        scenario = Scenario.model_validate_json(json.dumps(document, default=str))
+        scenario = Scenario.model_validate_json(json.dumps(document))
     except ValidationError as error:
         raise ScenarioError(explain(error, Scenario, source)) from error
     scenario._name = name
     return scenario
+
+
+DEEPEST = 20  # tables and lists within each other; a scenario needs six
+
+
+def _not_json(value: object, path: str = "", depth: int = 0) -> Iterator[str]:
+    """What JSON, and so a scenario, cannot hold: dates, and nesting without end."""
+    if depth > DEEPEST:
+        yield f"{path.partition('.')[0].partition('[')[0]}: tables or lists nested too deeply"
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _not_json(inner, f"{path}.{key}".lstrip("."), depth + 1)
+    elif isinstance(value, list):
+        for index, inner in enumerate(value):
+            yield from _not_json(inner, f"{path}[{index}]", depth + 1)
+    elif isinstance(value, date | time):
+        yield f"{path}: got {value}, a date or time; no key takes one, so put texts in quotes"
 
 
 def json_schema() -> dict[str, Any]:

@@ -139,7 +139,7 @@ class PhaseSwitch:
             time: now [s].
         """
         if self._next is not None and self._shown is not None:
-            elapsed = time - self._since
+            elapsed = round(time - self._since, 3)  # SUMO's clock counts milliseconds
             if elapsed < self._signal.yellow:
                 return self._change("y")
             if elapsed < self._signal.yellow + self._signal.all_red:
@@ -153,10 +153,12 @@ class PhaseSwitch:
         elif (
             wanted is not None
             and wanted is not self._shown
-            and time - self._since >= self._shown.minimum_green
+            and round(time - self._since, 3) >= self._shown.minimum_green
         ):
             self._next, self._since = wanted, time
-            return self._change("y" if self._signal.yellow else "r")
+            if self._signal.yellow + self._signal.all_red > 0:
+                return self._change("y" if self._signal.yellow else "r")
+            self._show(wanted, time)
         assert self._shown is not None
         return green(self._scenario, self._junction, self._shown)
 

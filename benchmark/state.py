@@ -11,6 +11,8 @@ from benchmark.intersection import Intersection
 CELLS = 10
 """Cells of equal length into which each way through is divided (paper: occupancy map)."""
 
+EMPTY = (False,) * CELLS
+
 STATIONARY = 0.1  # m/s; slower than this a vehicle stands
 
 
@@ -33,7 +35,7 @@ class Vehicle(NamedTuple):
     distance: float  # m to the entrance
     speed: float  # m/s
     waiting: float  # s stationary in the control zone since it entered it
-    held_back: bool  # whether its last Go was held back by the arbitration
+    held_back: bool  # whether its Go of the last step was held back by the arbitration
     body: Body
 
 
@@ -97,26 +99,26 @@ class TrafficState:
     @cached_property
     def movements(self) -> Mapping[str, MovementState]:
         """The state of every movement, right turns included."""
-        count = dict.fromkeys(self.intersection.movements, 0)
-        robots, standing, waiting = dict(count), dict(count), dict.fromkeys(count, 0.0)
+        sums = {name: [0, 0, 0, 0.0] for name in self.intersection.movements}
         for vehicle in self.vehicles:
-            count[vehicle.movement] += 1
-            robots[vehicle.movement] += vehicle.is_robot
-            standing[vehicle.movement] += vehicle.speed < STATIONARY
-            waiting[vehicle.movement] += vehicle.waiting
-        cells: dict[str, set[int]] = {name: set() for name in count}
+            one = sums[vehicle.movement]
+            one[0] += 1
+            one[1] += vehicle.is_robot
+            one[2] += vehicle.speed < STATIONARY
+            one[3] += vehicle.waiting
+        cells: dict[str, set[int]] = {}
         for crossing in self.inside:
-            cells[crossing.movement].add(crossing.cell)
+            cells.setdefault(crossing.movement, set()).add(crossing.cell)
         return MappingProxyType(
             {
                 name: MovementState(
-                    vehicles=count[name],
-                    robots=robots[name],
-                    queue_length=standing[name],
-                    waiting=waiting[name] / max(1, count[name]),
-                    occupancy=tuple(cell in cells[name] for cell in range(CELLS)),
+                    vehicles=int(count),
+                    robots=int(robots),
+                    queue_length=int(standing),
+                    waiting=waiting / max(1, count),
+                    occupancy=_occupancy(cells[name]) if name in cells else EMPTY,
                 )
-                for name in count
+                for name, (count, robots, standing, waiting) in sums.items()
             }
         )
 
@@ -134,3 +136,7 @@ class TrafficState:
         """Ids of the left and cross lanes of the control zone with no RV on them."""
         led = {vehicle.lane for vehicle in self.vehicles if vehicle.is_robot}
         return tuple(lane for lane in self.intersection.regulated_lanes if lane not in led)
+
+
+def _occupancy(cells: set[int]) -> tuple[bool, ...]:
+    return tuple(cell in cells for cell in range(CELLS))

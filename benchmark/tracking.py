@@ -4,39 +4,40 @@ The tracker turns SUMO's readings into what controllers see, and writes the log 
 are computed from.
 """
 
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from benchmark.network import Junction
-from benchmark.simulation import InJunction, InZone
+from benchmark.simulation import Reading
 from benchmark.state import STATIONARY, Body, Crossing, Vehicle
-
-
-@dataclass
-class Log:
-    """What happened in one control zone, in columns.
-
-    ``step``, ``vehicle``, ``movement`` and ``waiting`` have an entry per vehicle and step; the
-    other columns one per step.
-    """
-
-    times: list[float] = field(default_factory=list)  # s
-    unregulated: list[float] = field(default_factory=list)  # share of lanes
-    crossed: list[int] = field(default_factory=list)  # vehicles that passed the entrance
-    lane_changes: list[int] = field(default_factory=list)
-    step: list[int] = field(default_factory=list)
-    vehicle: list[str] = field(default_factory=list)
-    movement: list[str] = field(default_factory=list)
-    waiting: list[float] = field(default_factory=list)  # w_v(t), s
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
     """What stays the same of a vehicle through an episode."""
 
+    id: str
     is_robot: bool
     movement: str
     body: Body
+
+
+@dataclass
+class Log:
+    """What happened in one control zone, in columns that stay small while the episode runs.
+
+    ``times`` and ``present`` have an entry per step; ``vehicle``, ``lane`` and ``waiting`` one per
+    vehicle and step, the steps one after another.
+    """
+
+    lanes: tuple[str, ...]  # the zone's; ``lane`` holds indices into it
+    vehicles: list[Identity] = field(default_factory=list)  # ``vehicle`` holds indices into it
+    times: "array[float]" = field(default_factory=lambda: array("d"))  # s
+    present: "array[int]" = field(default_factory=lambda: array("l"))  # vehicles in the zone
+    vehicle: "array[int]" = field(default_factory=lambda: array("l"))
+    lane: "array[int]" = field(default_factory=lambda: array("l"))
+    waiting: "array[float]" = field(default_factory=lambda: array("d"))  # w_v(t), s
 
 
 class Tracker:
@@ -44,85 +45,80 @@ class Tracker:
 
     Args:
         junction: where.
-        step: simulated time per step [s].
         identify: a vehicle's unchanging facts, asked once per vehicle.
     """
 
-    def __init__(
-        self, junction: Junction, step: float, identify: Callable[[str], Identity]
-    ) -> None:
-        self.log = Log()
-        self._junction, self._step, self._identify = junction, step, identify
-        self._identities: dict[str, Identity] = {}
-        self._waiting: dict[str, float] = {}
-        self._lanes: dict[str, str] = {}
+    def __init__(self, junction: Junction, identify: Callable[[str], Identity]) -> None:
+        self.log = Log(tuple(junction.zone))
+        self._junction, self._identify = junction, identify
+        self._step = junction.intersection.step
+        self._lane_index = {lane: index for index, lane in enumerate(self.log.lanes)}
+        self._index: dict[str, int] = {}  # of a vehicle in the log
+        self._waiting: list[float] = []  # by the same index, s
 
     def update(
-        self, time: float, zone: list[InZone], inside: list[InJunction], held_back: frozenset[str]
+        self,
+        time: float,
+        zone: list[Reading],
+        inside: list[Reading],
+        held_back: frozenset[str],
     ) -> tuple[tuple[Vehicle, ...], tuple[Crossing, ...]]:
         """Take the readings of one step.
+
+        Args:
+            time: now [s].
+            zone: vehicles in the control zone, with their distance to the entrance.
+            inside: vehicles inside the junction, with their position on their lane.
+            held_back: RVs whose Go of the last step was held back.
 
         Returns:
             The vehicles in the control zone and those inside the intersection.
         """
         vehicles = self._vehicles(zone, held_back)
-        self._write(time, vehicles)
-        places = self._junction.inside
-        crossings = []
-        for name, lane, position, speed in inside:
-            place, who = places[lane], self._identity(name)
-            crossings.append(
-                Crossing(
-                    *(name, who.is_robot, place.movement, place.lane),
-                    *(place.offset + position, place.length, speed, who.body),
+        self.log.times.append(time)
+        self.log.present.append(len(vehicles))
+        return vehicles, tuple(self._crossing(*reading) for reading in inside)
+
+    def _known(self, name: str) -> int:
+        if (index := self._index.get(name)) is None:
+            index = self._index[name] = len(self._index)
+            self.log.vehicles.append(self._identify(name))
+            self._waiting.append(0.0)
+        return index
+
+    def _vehicles(self, zone: list[Reading], held_back: frozenset[str]) -> tuple[Vehicle, ...]:
+        """The control zone's vehicles; these lines run fifty thousand times an episode."""
+        log, waiting, known, lanes = self.log, self._waiting, self._index, self._lane_index
+        indices = [known[one[0]] if one[0] in known else self._known(one[0]) for one in zone]
+        for index, one in zip(indices, zone, strict=True):
+            if one[3] < STATIONARY:
+                waiting[index] += self._step
+        stood = [waiting[index] for index in indices]
+        log.vehicle.extend(indices)
+        log.lane.extend([lanes[one[1]] for one in zone])
+        log.waiting.extend(stood)
+        make, back = (
+            tuple.__new__,
+            held_back.__contains__,
+        )  # make(Vehicle, ...): a fast Vehicle(...)
+        return tuple(
+            [
+                make(Vehicle, (n, who.is_robot, who.movement, lane, d, v, w, back(n), who.body))
+                for (n, lane, d, v), w, who in zip(
+                    zone, stood, map(log.vehicles.__getitem__, indices), strict=True
                 )
-            )
-        return vehicles, tuple(crossings)
-
-    def _identity(self, name: str) -> Identity:
-        if (known := self._identities.get(name)) is None:
-            known = self._identities[name] = self._identify(name)
-        return known
-
-    def _vehicles(self, zone: list[InZone], held_back: frozenset[str]) -> tuple[Vehicle, ...]:
-        waiting, step, identities = self._waiting, self._step, self._identities
-        found = []
-        for name, lane, distance, speed in zone:
-            stood = waiting.get(name, 0.0)
-            if speed < STATIONARY:
-                stood += step
-            waiting[name] = stood
-            who = identities.get(name) or self._identity(name)
-            found.append(
-                Vehicle(
-                    *(name, who.is_robot, who.movement, lane, distance, speed, stood),
-                    *(name in held_back, who.body),
-                )
-            )
-        return tuple(found)
-
-    def _write(self, time: float, vehicles: tuple[Vehicle, ...]) -> None:
-        log, before = self.log, self._lanes
-        now = {vehicle.id: vehicle.lane for vehicle in vehicles}
-        log.times.append(time)
-        log.step.extend([len(log.times) - 1] * len(vehicles))
-        log.vehicle.extend(now)
-        log.movement.extend([vehicle.movement for vehicle in vehicles])
-        log.waiting.extend([vehicle.waiting for vehicle in vehicles])
-        log.crossed.append(len(before.keys() - now.keys()))
-        log.lane_changes.append(
-            sum(
-                1
-                for name, lane in now.items()
-                if before.get(name, lane) != lane and self._beside(before[name], lane)
-            )
+            ]
         )
-        led = {vehicle.lane for vehicle in vehicles if vehicle.is_robot}
-        lanes = self._junction.intersection.regulated_lanes
-        log.unregulated.append(sum(lane not in led for lane in lanes) / len(lanes))
-        self._lanes = now
 
-    def _beside(self, one: str, other: str) -> bool:
-        """Whether two lanes of the zone lie beside each other, so that moving over is a change."""
-        a, b = self._junction.zone[one], self._junction.zone[other]
-        return a.end == b.end and a.approach == b.approach
+    def _crossing(self, name: str, lane: str, position: float, speed: float) -> Crossing:
+        place, who = self._junction.inside[lane], self.log.vehicles[self._known(name)]
+        return Crossing(
+            id=who.id,
+            is_robot=who.is_robot,
+            movement=place.movement,
+            lane=place.lane,
+            position=place.offset + position,
+            way_length=place.length,
+            speed=speed,
+            body=who.body,
+        )

@@ -2,7 +2,7 @@
 
 import difflib
 import typing
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from pydantic import BaseModel, ValidationError
 
@@ -16,14 +16,25 @@ _PROSE = {
     "dict_type": "expected a table",
     "model_type": "expected a table",
     "finite_number": "expected a finite number",
+    "union_tag_not_found": 'the key model = "IDM" or "Krauss" is required',
 }
 
 
 def explain(error: ValidationError, model: type[BaseModel], source: str) -> str:
     """One line per problem: source, path of the key, what is wrong, what was expected."""
-    return "\n".join(
-        f"{source}: {line}" for line in dict.fromkeys(_line(e, model) for e in error.errors())
-    )
+    problems = error.errors()
+    places = [problem["loc"] for problem in problems]
+    lines = [
+        _line(problem, model)
+        for problem in problems
+        # a list with a bad entry counts as too short to pydantic; the entry is reported already
+        if problem["type"] != "too_short" or not any(_within(p, problem["loc"]) for p in places)
+    ]
+    return "\n".join(f"{source}: {line}" for line in dict.fromkeys(lines))
+
+
+def _within(place: tuple[int | str, ...], other: tuple[int | str, ...]) -> bool:
+    return len(place) > len(other) and place[: len(other)] == other
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -36,7 +47,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 def _line(problem: typing.Any, model: type[BaseModel]) -> str:
     place = problem["loc"]
-    path = _path(place)
+    path = _path(_without_tags(model, place))
     value = problem.get("input")
     if problem["type"] == "extra_forbidden":
         return f'{path}: unknown key "{place[-1]}"{nearest(str(place[-1]), _keys(model, place))}'
@@ -47,7 +58,8 @@ def _line(problem: typing.Any, model: type[BaseModel]) -> str:
     if problem["type"] == "missing" or isinstance(value, dict | list):
         return f"{path}: {prose}"
     known = str(problem.get("ctx", {}).get("expected", "")).replace("'", "").replace(" or ", ", ")
-    hint = nearest(value, known.split(", ")) if known and isinstance(value, str) else ""
+    choices = known.split(", ") if known else []
+    hint = nearest(value, choices) if isinstance(value, str) and value not in choices else ""
     return f"{path}: {prose}; got {value!r}{hint if 'mean' in hint else ''}"
 
 
@@ -58,19 +70,39 @@ def _path(place: tuple[int | str, ...]) -> str:
     return text.lstrip(".")
 
 
-def _keys(model: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
-    """The keys that the table at a place knows."""
+def _tables(
+    model: type[BaseModel], place: tuple[int | str, ...]
+) -> Iterator[tuple[int | str, bool, list[type[BaseModel]]]]:
+    """Each part of a place, whether it is only a union's tag, and the tables it leads to."""
     current: list[type[BaseModel]] = [model]
-    for part in place[:-1]:
+    for part in place:
         fields = [
             field
             for table in current
             for name, field in table.model_fields.items()
             if part == (field.alias or name)
         ]
-        if fields:  # otherwise an index, a free name or a union's tag: the table stays
+        tagged = [
+            table
+            for table in current
+            if len(current) > 1
+            and any(part in typing.get_args(f.annotation) for f in table.model_fields.values())
+        ]
+        if fields:  # otherwise an index, a free name or a union's tag
             current = [table for field in fields for table in _models(field.annotation)]
-    return [field.alias or name for table in current for name, field in table.model_fields.items()]
+        elif tagged:
+            current = tagged
+        yield part, bool(tagged and not fields), current
+
+
+def _without_tags(model: type[BaseModel], place: tuple[int | str, ...]) -> tuple[int | str, ...]:
+    return tuple(part for part, is_tag, _ in _tables(model, place) if not is_tag)
+
+
+def _keys(model: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
+    """The keys that the table at a place knows."""
+    *_, (_, _, tables) = ("", False, [model]), *_tables(model, place[:-1])
+    return [field.alias or name for table in tables for name, field in table.model_fields.items()]
 
 
 def _models(annotation: typing.Any) -> list[type[BaseModel]]:

@@ -68,6 +68,18 @@ def test_what_does_not_drive_does_not_change_the_routes() -> None:
     )
 
 
+def test_the_order_of_classes_in_the_file_does_not_change_the_routes() -> None:
+    classes = {"car": {"share": 0.5}, "van": {"share": 0.3}, "bus": {"share": 0.2, "kind": "bus"}}
+    one, other = (
+        parsed({"vehicles": dict(order)}) for order in (classes.items(), reversed(classes.items()))
+    )
+    found = network.build(one)
+    assert (
+        demand.build(one, found, 1).path.read_text()
+        == demand.build(other, found, 1).path.read_text()
+    )
+
+
 # --- who is an RV ----------------------------------------------------------------------------
 
 
@@ -149,14 +161,29 @@ def test_vehicles_depart_within_the_periods(name: str) -> None:
 
 
 def test_between_periods_and_where_nothing_is_counted_nobody_departs() -> None:
-    north, others = {"left": 900, "cross": 900, "right": 900}, parsed().demand[0].model_dump()
-    late = {**others, "begin": 120, "end": 180}
-    scenario = parsed({"demand": [{"begin": 0, "end": 60, "northbound": north}, late]})
+    counts = {"left": 900, "cross": 900, "right": 900}
+    early = {"begin": 0, "end": 60, "northbound": counts}
+    late = {"begin": 120, "end": 180, **dict.fromkeys(COMPASS, counts)}
+    scenario = parsed({"demand": [early, late]})
     travellers = demand.build(scenario, network.build(scenario), 1).travellers.values()
-    early = {one.id.split(".")[0] for one in travellers if one.depart <= 60}
-    assert early == {"northbound"}
+    assert {one.id.split(".")[0] for one in travellers if one.depart <= 60} == {"northbound"}
     assert {one.id.split(".")[0] for one in travellers if one.depart >= 120} == set(COMPASS)
     assert not any(60 < one.depart < 120 for one in travellers)
+
+
+def test_vehicles_of_the_last_seconds_of_a_period_turn_by_its_counts() -> None:
+    mostly = {"left": 2, "cross": 1000, "right": 2}
+    changes = {f"approaches.{name}.length": 500 for name in COMPASS}
+    changes |= {f"approaches.{name}.bay": 30 for name in COMPASS}
+    scenario = parsed({**changes, **{f"demand.0.{name}": mostly for name in COMPASS}})
+    found = network.build(scenario)
+    (junction,) = found.junctions.values()
+    turns = Counter(
+        (movement_of(junction, traveller.route) or "?")[-1]
+        for seed in range(1, 6)
+        for traveller in demand.build(scenario, found, seed).travellers.values()
+    )
+    assert turns["C"] > 0.98 * turns.total()
 
 
 # --- classes and drivers ---------------------------------------------------------------------
@@ -185,8 +212,10 @@ def test_speed_factors_lie_within_two_deviations_of_one() -> None:
 
 
 def test_without_deviation_all_drivers_want_the_speed_limit() -> None:
+    demand.build(parsed(), network.build(parsed()), 1)  # a cached neighbour must not be taken
     scenario = parsed({"vehicles.car.speed_deviation": 0})
     _, vehicles = types_and_vehicles(demand.build(scenario, network.build(scenario), 1))
+    assert vehicles
     assert {float(vehicle["speedFactor"]) for vehicle in vehicles} == {1.0}
 
 
@@ -201,7 +230,6 @@ def test_a_class_becomes_a_vehicle_type_with_its_driver() -> None:
     assert types == {}
     assert {vehicle["type"] for vehicle in vehicles} == {"lorry"}
     assert (lorry.pop("vClass"), lorry.pop("carFollowModel")) == ("truck", "Krauss")
-    assert {key: float(value) for key, value in lorry.items() if key != "id"} == {
-        **{"accel": 1.2, "decel": 4, "tau": 1.5, "minGap": 3, "sigma": 0.3},
-        **{"length": 9, "maxSpeed": 10},
-    }
+    numbers = {"accel": 1.2, "decel": 4, "tau": 1.5, "minGap": 3, "sigma": 0.3}
+    numbers |= {"length": 9, "maxSpeed": 10}
+    assert {key: float(value) for key, value in lorry.items() if key != "id"} == numbers

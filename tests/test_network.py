@@ -10,7 +10,9 @@ from conftest import CONFLICT_FREE, PAPER, SHIPPED, network_of, parsed, shipped
 from benchmark import network
 from benchmark.errors import NetworkError
 from benchmark.network import Junction, movement_of
-from benchmark.scenario import LETTERS
+from benchmark.scenario import LETTERS, Scenario
+
+NORTH = "approaches.northbound"
 
 
 def junction_of(name: str) -> Junction:
@@ -74,6 +76,7 @@ def test_lanes_serve_the_movements_that_the_scenario_gives_them(name: str) -> No
 def test_every_link_and_every_piece_of_road_inside_belongs_to_a_movement(name: str) -> None:
     junction = junction_of(name)
     movements = junction.intersection.movements
+    roads = sumolib.net.readNet(str(network_of(name).path), withInternal=True)
     assert sorted(junction.links) == list(range(len(junction.links)))
     assert set(junction.links.values()) == set(movements) == set(junction.roads.values())
     for movement in movements.values():
@@ -83,14 +86,37 @@ def test_every_link_and_every_piece_of_road_inside_belongs_to_a_movement(name: s
             if movement.id in lane.movements
         }
         for way in movement.ways:
-            pieces = [
-                piece
-                for piece in junction.inside.values()
-                if (piece.movement, piece.lane) == (movement.id, way.lane)
-            ]
-            assert min(piece.offset for piece in pieces) == 0
-            assert max(piece.offset for piece in pieces) < way.length
-            assert {piece.length for piece in pieces} == {way.length}
+            end = 0.0
+            for lane, piece in junction.inside.items():
+                if (piece.movement, piece.lane) == (movement.id, way.lane):
+                    assert (piece.offset, piece.length) == (end, way.length)
+                    end += roads.getLane(lane).getLength()
+            assert end == pytest.approx(way.length)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_right_turns_keep_to_the_kerb_and_the_others_to_the_centre_of_the_exit(name: str) -> None:
+    roads = sumolib.net.readNet(str(network_of(name).path))
+    for movement in junction_of(name).intersection.movements.values():
+        lanes = range(len(roads.getEdge(movement.exit).getLanes()))
+        taken = sorted(roads.getLane(way.exit_lane).getIndex() for way in movement.ways)
+        count = len(movement.ways)
+        assert taken == list(lanes[:count] if movement.turn == "R" else lanes[-count:])
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    [*map(shipped, SHIPPED), parsed({f"{NORTH}.bay": 50, f"{NORTH}.upstream_lanes": 5})],
+    ids=[*SHIPPED, "five lanes into three"],
+)
+def test_no_lane_ends_before_the_entrance_and_every_bay_can_be_reached(scenario: Scenario) -> None:
+    roads = sumolib.net.readNet(str(network.build(scenario).path))
+    for approach, asked in scenario.approaches.items():
+        if asked.has_bay:
+            upstream, bay = roads.getEdge(f"{approach}.upstream"), roads.getEdge(approach)
+            (links,) = upstream.getOutgoing().values()
+            assert {link.getFromLane() for link in links} == set(upstream.getLanes())
+            assert {link.getToLane() for link in links} == set(bay.getLanes())
 
 
 def test_a_t_junction_has_exactly_the_movements_that_lead_somewhere() -> None:
