@@ -294,7 +294,7 @@ def _print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
     from benchmark import tables
 
     console = _stdout()
-    for table in tables.terminal(rows):
+    for table in tables.terminal(rows, console.width):
         console.print(table)
     console.print(_literal(tables.legend()), soft_wrap=True)
     console.print(f"all figures: {out / 'LEADERBOARD.md'}", soft_wrap=True)

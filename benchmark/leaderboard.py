@@ -162,11 +162,13 @@ def _cells(records: Sequence[Record]) -> list[_Cell]:
         for rate in every if record.rate is None else [record.rate]:
             key = (record.scenario, record.scenario_hash, rate, record.controller)
             groups.setdefault(key, []).append(record)
+    versions = Counter(scenario for scenario, _ in rates)
     cells = []
     for (scenario, scenario_hash, rate, controller), members in groups.items():
+        shown = scenario if versions[scenario] == 1 else f"{scenario} ({scenario_hash[:8]})"
         junctions = sorted({name for record in members for name in record.junctions})
         for junction in junctions or [""]:
-            name = scenario if len(junctions) < 2 else f"{scenario} {junction}"
+            name = shown if len(junctions) < 2 else f"{shown} {junction}"
             cells.append(_Cell((name, scenario_hash, rate, controller), members, junction))
     return cells
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 Format = Literal["md", "csv", "json", "latex"]
 
+CELL_WIDTH = 17  # of the terminal, with borders
 BRIEF = tuple(column for column in COLUMNS if column.brief)
 
 
@@ -82,21 +83,32 @@ def as_json(rows: Sequence[Row]) -> str:
     return json.dumps([asdict(row) for row in rows], indent=1) + "\n"
 
 
-def terminal(rows: Sequence[Row]) -> list["Table"]:
-    """The overview of each scenario for a terminal."""
+def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
+    """The overview of each scenario for a terminal, cut into as many tables as its width asks for.
+
+    Args:
+        rows: the leaderboard.
+        width: of the terminal [characters].
+    """
     from rich.markup import escape
     from rich.table import Table
 
-    tables = []
+    found = []
     for scenario, members in _by_scenario(rows):
         head, body = _matrix(members)
-        table = Table(title=escape(f"{scenario}: average waiting time [s]"), title_justify="left")
-        for index, title in enumerate(head):
-            table.add_column(title, justify="right" if index else "left", no_wrap=True)
-        for line in body:
-            table.add_row(*map(escape, line))
-        tables.append(table)
-    return tables
+        name_width = 4 + max(len(line[0]) for line in [head, *body])
+        fitting = max(1, (width - name_width) // CELL_WIDTH)
+        for first in range(1, len(head), fitting):
+            table = Table(title=escape(f"{scenario}: average waiting time [s]"))
+            table.title_justify = "left"
+            table.add_column(head[0], no_wrap=True)
+            for title in head[first : first + fitting]:
+                table.add_column(title, justify="right", min_width=CELL_WIDTH - 3)
+            for line in body:
+                cells = [cell.replace(" [", "\n[") for cell in line[first : first + fitting]]
+                table.add_row(escape(line[0]), *map(escape, cells))
+            found.append(table)
+    return found
 
 
 def legend() -> str:
