@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint results clean
+.PHONY: run test lint bench results clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -28,8 +28,13 @@ lint: .venv/installed-dev
 test: lint
 	$(BIN)/pytest --numprocesses 2
 
+# Speed, as ratios to the bare simulation; on an idle machine.
+bench: .venv/installed-dev
+	$(BIN)/pytest tests/benchmarks --benchmark-enable --benchmark-only -p no:xdist
+
 # The committed evidence: all shipped scenarios of the paper, all controllers, ten seeds.
 results: .venv/installed
+	rm -f results/records/*.jsonl
 	$(BIN)/rightofway run colorado-springs --seeds 10 --out results \
 	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
 

@@ -296,6 +296,7 @@ def _print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
     console = _stdout()
     for table in tables.terminal(rows, console.width):
         console.print(table)
+        console.print()
     console.print(_literal(tables.legend()), soft_wrap=True)
     console.print(f"all figures: {out / 'LEADERBOARD.md'}", soft_wrap=True)
 
@@ -309,6 +310,9 @@ def leaderboard_(
         str | None,
         typer.Option("--format", help="md, csv, json or latex; default: tables for the terminal."),
     ] = None,
+    rate: Annotated[
+        float | None, typer.Option(help="One Markdown table of all scenarios at this rate.")
+    ] = None,
 ) -> None:
     """Show the leaderboard of a results folder; needs no SUMO."""
     from benchmark import leaderboard, tables
@@ -320,7 +324,13 @@ def leaderboard_(
         raise UsageError(f'--format "{form}": expected {", ".join(known)}{nearest(form, known)}')
     folder = records.parent if records.name == "records" else records
     rows = leaderboard.rows(Store(folder, notice=_notice).read())
-    if form is None:
+    if rate is not None:
+        if rate not in (known_rates := sorted({row.rate for row in rows if row.rate is not None})):
+            raise UsageError(
+                f"--rate {rate:g}: no records; expected one of {', '.join(map(str, known_rates))}"
+            )
+        typer.echo(tables.summary(rows, rate), nl=False)
+    elif form is None:
         _print_leaderboard(rows, folder)
     else:
         typer.echo(tables.render(rows, form), nl=False)  # type: ignore[arg-type]

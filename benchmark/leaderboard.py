@@ -204,7 +204,7 @@ def _row(
 MARKS = {
     "creeps": "time loss is over 10 % above the signal's, although waiting is below it",
     "keeps out": "vehicles wait to enter the network, longer than under the signal by over 5 s",
-    "blocks": "throughput is over 5 % below the signal's",
+    "blocks": "throughput is over 10 % below the signal's",
     "crashes": "more collisions than under the signal",
 }
 """Why a waiting time below the signal's may be low for the wrong reason."""
@@ -233,7 +233,7 @@ def marks(figures: dict[str, Estimate], reference: dict[str, Estimate]) -> tuple
     found = {
         "creeps": loss > 1.1 * signal_loss,
         "keeps out": delay > signal_delay + 5,
-        "blocks": flow < 0.95 * signal_flow,
+        "blocks": flow < 0.9 * signal_flow,
         "crashes": crashes > signal_crashes,
     }
     return tuple(mark for mark, applies in found.items() if applies)

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import groupby
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 Format = Literal["md", "csv", "json", "latex"]
 
-CELL_WIDTH = 17  # of the terminal, with borders
+CELL_WIDTH = 13  # of the terminal, with its margin
 BRIEF = tuple(column for column in COLUMNS if column.brief)
 
 
@@ -57,6 +58,20 @@ def markdown(rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
+def summary(rows: Sequence[Row], rate: float) -> str:
+    """Controllers by scenarios at one rate, as a Markdown table."""
+    from tabulate import tabulate
+
+    chosen = [row for row in rows if row.rate is not None and abs(row.rate - rate) < 1e-9]
+    scenarios = list(dict.fromkeys(row.scenario for row in chosen))
+    cells = {(row.controller, row.scenario): _cell(row) for row in chosen}
+    controllers = sorted({row.controller for row in chosen}, key=lambda name: _rank(chosen, name))
+    body = [[name, *(cells.get((name, one), "-") for one in scenarios)] for name in controllers]
+    align = ["left", *["right"] * len(scenarios)]
+    head = [f"at {percent(rate)}", *map(_escape, scenarios)]
+    return tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True) + "\n"
+
+
 def latex(rows: Sequence[Row]) -> str:
     """The overview of each scenario as a booktabs tabular."""
     text = "\n\n".join(
@@ -90,25 +105,31 @@ def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
         rows: the leaderboard.
         width: of the terminal [characters].
     """
+    from rich import box
     from rich.markup import escape
     from rich.table import Table
 
     found = []
     for scenario, members in _by_scenario(rows):
         head, body = _matrix(members)
-        name_width = 4 + max(len(line[0]) for line in [head, *body])
+        name_width = 2 + max(len(line[0]) for line in [head, *body])
         fitting = max(1, (width - name_width) // CELL_WIDTH)
         for first in range(1, len(head), fitting):
-            table = Table(title=escape(f"{scenario}: average waiting time [s]"))
-            table.title_justify = "left"
+            title = escape(f"{scenario}: average waiting time [s]")
+            table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False)
             table.add_column(head[0], no_wrap=True)
             for title in head[first : first + fitting]:
-                table.add_column(title, justify="right", min_width=CELL_WIDTH - 3)
+                table.add_column(title, justify="right", min_width=CELL_WIDTH - 2)
             for line in body:
-                cells = [cell.replace(" [", "\n[") for cell in line[first : first + fitting]]
-                table.add_row(escape(line[0]), *map(escape, cells))
+                cells = line[first : first + fitting]
+                table.add_row(escape(line[0]), *[escape(_two_lines(cell)) for cell in cells])
             found.append(table)
     return found
+
+
+def _two_lines(cell: str) -> str:
+    """``12.3 [11.0, 13.6]*`` with its interval below, as narrow as can be."""
+    return re.sub(r" \[(\S+), (\S+)\](\*?)$", r"\3\n\1-\2", cell)
 
 
 def legend() -> str:
