@@ -214,6 +214,7 @@ class _Run:
         is_robot = demand.is_robot(self.episode.seed, vehicle, self.episode.rate or 0.0)
         if is_robot:
             self.robots.add(vehicle)
+        self.simulation.paint(vehicle, is_robot)
         movement = movement_of(
             self.network.junctions[junction], self.routes.travellers[vehicle].route
         )

@@ -89,7 +89,7 @@ class Simulation:
         self._trips = Path(self._folder.name) / "trips.xml"
         self._steered: set[str] = set()
         self._step = step
-        self._api = _api(window)
+        self._api, self._window = _api(window), window
         self._command = [
             str(sumo_tools.program("sumo-gui" if window else "sumo")),
             *("-n", str(network), "-r", str(routes), "-a", str(program)),
@@ -143,6 +143,11 @@ class Simulation:
             acceleration=api.getAccel(vehicle),
             deceleration=api.getDecel(vehicle),
         )
+
+    def paint(self, vehicle: str, is_robot: bool) -> None:
+        """Show RVs red and HVs white, as the paper's figures do; without a window nothing."""
+        if self._window:
+            self._api.vehicle.setColor(vehicle, (230, 40, 30) if is_robot else (255, 255, 255))
 
     def in_zone(self, junction: Junction) -> list[Reading]:
         """The vehicles in a junction's control zone with their distance to the entrance."""
