@@ -1,0 +1,103 @@
+"""The committed results: complete, consistent, reproducible, and true to what is said of them."""
+
+from pathlib import Path
+from statistics import mean
+
+import pytest
+
+from benchmark import catalogue, episode, leaderboard, plugins, tables
+from benchmark.record import Record
+from benchmark.store import Store
+
+ROOT = Path(__file__).parents[1]
+RATES = [rate / 10 for rate in range(1, 11)]
+FOUR = ("229", "332", "334", "449")
+
+
+@pytest.fixture(scope="module")
+def records() -> list[Record]:
+    return Store(ROOT / "results").read()
+
+
+@pytest.fixture(scope="module")
+def rows(records: list[Record]) -> list[leaderboard.Row]:
+    return leaderboard.rows(records)
+
+
+def waits(rows: list[leaderboard.Row], scenario: str, controller: str) -> list[float]:
+    """Average waiting time by rising penetration rate."""
+    chosen = [r for r in rows if r.scenario.endswith(scenario) and r.controller == controller]
+    chosen.sort(key=lambda row: row.rate or 0.0)
+    assert [row.rate for row in chosen] == RATES
+    return [row.figures["average_waiting_time"].mean for row in chosen]
+
+
+def test_every_shipped_controller_has_ten_seeds_in_every_cell(records: list[Record]) -> None:
+    held = {(r.scenario, r.controller, r.rate, r.seed) for r in records if r.status == "ok"}
+    wanted = {
+        (f"colorado-springs/{scenario}", name, rate, seed)
+        for scenario in FOUR
+        for name, entry in plugins.discovered().items()
+        if entry.value.startswith("baselines.")
+        for rate in (RATES if plugins.load(name).needs_robot_vehicles else [None])
+        for seed in range(1, 11)
+    }
+    assert wanted <= held
+
+
+def test_the_records_are_of_the_scenarios_as_they_are(records: list[Record]) -> None:
+    hashes = {one.name: one.hash for one in catalogue.find(["colorado-springs"])}
+    assert {(r.scenario, r.scenario_hash) for r in records} == set(hashes.items())
+
+
+def test_the_leaderboard_files_follow_from_the_records(rows: list[leaderboard.Row]) -> None:
+    remedy = "regenerate with `make results`"
+    results = ROOT / "results"
+    assert (results / "LEADERBOARD.md").read_text("utf-8") == tables.markdown(rows), remedy
+    assert (results / "leaderboard.csv").read_text("utf-8") == tables.as_csv(rows), remedy
+
+
+def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) -> None:
+    shown = tables.summary(rows, 0.6)
+    assert shown in (ROOT / "README.md").read_text("utf-8"), (
+        "paste the output of `rightofway leaderboard --rate 0.6`"
+    )
+
+
+@pytest.mark.parametrize(
+    ("scenario", "controller", "rate"),
+    [("334", "traffic-light-actuated", None), ("229", "virtual-signal", 0.6)],
+)
+def test_a_record_comes_out_again_as_it_was_committed(
+    records: list[Record], scenario: str, controller: str, rate: float | None
+) -> None:
+    committed = next(
+        r
+        for r in records
+        if r.scenario.endswith(scenario) and (r.controller, r.rate, r.seed) == (controller, rate, 3)
+    )
+    again = episode.run(episode.Episode(catalogue.find([scenario])[0], controller, rate, 3))
+    varies = {"wall_time", "versions", "controller_from"}
+    assert again.model_dump(exclude=varies) == committed.model_dump(exclude=varies)
+
+
+def test_the_deployed_signals_wait_as_the_paper_says(rows: list[leaderboard.Row]) -> None:
+    for scenario in ("229", "332", "334"):
+        assert 12 <= waits(rows, scenario, "traffic-light")[0] <= 30
+    assert waits(rows, "449", "traffic-light")[0] == pytest.approx(45, rel=0.1)
+
+
+@pytest.mark.parametrize("scenario", FOUR)
+def test_the_virtual_signal_waits_less_with_more_rvs(
+    rows: list[leaderboard.Row], scenario: str
+) -> None:
+    by_rate = waits(rows, scenario, "virtual-signal")
+    thirds = [mean(by_rate[:3]), mean(by_rate[3:6]), mean(by_rate[6:])]
+    assert thirds == sorted(thirds, reverse=True)
+    assert by_rate[-1] == min(by_rate)
+
+
+@pytest.mark.parametrize("scenario", FOUR)
+def test_nobody_regulating_jams(rows: list[leaderboard.Row], scenario: str) -> None:
+    signal, nobody = (waits(rows, scenario, c)[0] for c in ("traffic-light", "unsignalised"))
+    assert nobody > 4 * signal
