@@ -95,3 +95,5 @@ def _record(future: Future[Record], episode: Episode, time_limit: float) -> Reco
         return episode.record("crashed", reason=f"the worker process died ({error.exitcode})")
     except RightOfWayError as error:
         return episode.record("failed", reason=str(error))
+    except Exception as error:  # SUMO's own errors in mid-episode, for one
+        return episode.record("crashed", reason=f"{type(error).__name__}: {error}")

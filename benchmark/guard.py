@@ -1,0 +1,75 @@
+"""Calls controllers so that whatever they do costs only their own episode."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from benchmark.controller import Controller
+from benchmark.errors import ControllerError, RightOfWayError
+from benchmark.network import Junction
+from benchmark.rules import Orders, Rules
+from benchmark.scenario import Scenario
+from benchmark.state import TrafficState
+
+
+class ControllerFailedError(Exception):
+    """A controller raised; carries one line for the record."""
+
+    def __init__(self, call: str, error: Exception) -> None:
+        place = ""
+        trace = error.__traceback__
+        while trace is not None:
+            place = f" ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
+            trace = trace.tb_next
+        super().__init__(f"{call} raised {type(error).__name__}: {error}{place}")
+
+
+class Guard:
+    """An episode's controller: one object per junction, every call guarded.
+
+    Args:
+        kind: the controller's class.
+        scenario: what it is to run on; ``unsupported`` says why not, ``signal`` what SUMO runs.
+
+    Raises:
+        ControllerFailedError: from here and from every method, where the controller raised.
+    """
+
+    def __init__(self, kind: type[Controller], scenario: Scenario) -> None:
+        self.kind = kind
+        scenario = scenario.model_copy(deep=True)  # a controller may do to it what it likes
+        self._first = self._new()
+        self._by_junction: dict[str, Controller] = {}
+        try:
+            self.unsupported = self._first.supports(scenario)
+            self.signal = None
+            if kind.rules == "signals" and self.unsupported is None:
+                self.signal = self._first.signal(scenario)
+        except RightOfWayError:
+            raise
+        except Exception as error:
+            raise ControllerFailedError("supports or signal", error) from error
+        self.weights_hash = self._first.weights_hash
+
+    def _new(self) -> Controller:
+        try:
+            return self.kind()
+        except Exception as error:
+            raise ControllerFailedError("construction", error) from error
+
+    def reset(self, junctions: Mapping[str, Junction], seed: int) -> None:
+        """A new episode begins at every junction."""
+        for name, junction in junctions.items():
+            controller = self._by_junction[name] = self._new()
+            try:
+                controller.reset(junction.intersection, seed)
+            except Exception as error:
+                raise ControllerFailedError("reset", error) from error
+
+    def act(self, junction: str, state: TrafficState, rules: Rules) -> Orders:
+        """A junction's orders for the next step."""
+        try:
+            return rules.decide(state, self._by_junction[junction].act(state))
+        except ControllerError as error:
+            raise ControllerFailedError("act", error) from error
+        except Exception as error:
+            raise ControllerFailedError(f"act at {state.time:g} s", error) from error
