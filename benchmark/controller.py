@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from benchmark.intersection import Intersection
-from benchmark.scenario import Scenario, Signal
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import Signal
 from benchmark.state import TrafficState
 
 

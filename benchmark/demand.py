@@ -19,7 +19,8 @@ from xml.sax.saxutils import quoteattr
 from benchmark import sumo_tools
 from benchmark.network import Network, movement_of
 from benchmark.plain_xml import exit_name
-from benchmark.scenario import LETTERS, Krauss, Scenario, TurnCounts, VehicleClass
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import LETTERS, Krauss, TurnCounts, VehicleClass
 
 OPTIONS = ("--accept-all-destinations", "true")
 FOREVER = 1000000.0  # s

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from benchmark.intersection import Intersection, Lane, Movement
 from benchmark.network import Junction, RoadLane, Surroundings
-from benchmark.scenario import COMPASS, Scenario
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import COMPASS
 from benchmark.webster import count
 
 Points = NDArray[np.float64]  # (n, 2), m

@@ -8,7 +8,7 @@ from benchmark import metrics
 from benchmark.network import Junction
 from benchmark.record import JunctionMetrics
 from benchmark.rules import Rules
-from benchmark.scenario import Evaluation
+from benchmark.scenario_tables import Evaluation
 from benchmark.tracking import Log
 
 REASONS_KEPT = 5  # kinds of refused commands named in a record

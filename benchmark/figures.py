@@ -19,7 +19,8 @@ from matplotlib.textpath import TextPath
 from benchmark import drawing, network
 from benchmark.drawing import Frame, Site, colour_of
 from benchmark.errors import UsageError
-from benchmark.scenario import LETTERS, Phase, Scenario, Signal
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import LETTERS, Phase, Signal
 from benchmark.webster import peak
 
 FORMATS = ("png", "svg")

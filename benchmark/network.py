@@ -12,7 +12,8 @@ from benchmark import sumo_tools
 from benchmark.errors import NetworkError
 from benchmark.intersection import REGULATED_TURNS, Intersection, Lane, Movement, Point, Way
 from benchmark.plain_xml import plain_xml
-from benchmark.scenario import COMPASS, LETTERS, Scenario
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import COMPASS, LETTERS
 
 OPTIONS = ("--no-turnarounds", "true", "--offset.disable-normalization", "true")
 TURN_OF_DIRECTION = {"l": "L", "L": "L", "s": "C", "r": "R", "R": "R"}

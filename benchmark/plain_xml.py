@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 from math import cos, radians, sin
 from xml.sax.saxutils import quoteattr
 
-from benchmark.scenario import COMPASS, LETTERS, Approach, Scenario
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import COMPASS, LETTERS, Approach
 
 CENTRE = "intersection"
 TAPER = 100.0  # m behind the intersection after which surplus exit lanes end

@@ -7,7 +7,8 @@ from xml.sax.saxutils import quoteattr
 from benchmark import sumo_tools
 from benchmark.errors import ScenarioError
 from benchmark.network import Junction, Network
-from benchmark.scenario import Phase, Scenario, Signal
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import Phase, Signal
 
 FOREVER = 1e6  # s
 

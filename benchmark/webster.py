@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from benchmark.intersection import Intersection, Movement
 from benchmark.network import Network
-from benchmark.scenario import Demand, Idm, Phase, Scenario, Signal, VehicleClass
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import Demand, Idm, Phase, Signal, VehicleClass
 
 SHORTEST_CYCLE, LONGEST_CYCLE = 40.0, 180.0  # s
 PRACTICAL = 0.95  # sum of critical flow ratios above which the longest cycle is taken
