@@ -94,7 +94,7 @@ def test_the_virtual_signal_waits_less_with_more_rvs(
     by_rate = waits(rows, scenario, "virtual-signal")
     thirds = [mean(by_rate[:3]), mean(by_rate[3:6]), mean(by_rate[6:])]
     assert thirds == sorted(thirds, reverse=True)
-    assert by_rate[-1] == min(by_rate)
+    assert by_rate[-1] < min(by_rate[:6])
 
 
 @pytest.mark.parametrize("scenario", FOUR)
