@@ -55,5 +55,6 @@ class MaxPressure(Controller):
 
     def _pressure(self, state: TrafficState, phase: str) -> float:
         return sum(
-            state.movements[name].pressure(self._waiting_weight) for name in self._phases[phase]
+            state.movements[name].pressure(self._waiting_weight)
+            for name in sorted(self._phases[phase])  # a sum's last digit depends on the order
         )

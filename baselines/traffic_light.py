@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from benchmark import network, webster
 from benchmark.controller import Command, Controller
 from benchmark.intersection import Intersection
-from benchmark.scenario import Scenario, Signal
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import Signal
 from benchmark.state import TrafficState
 
 

@@ -8,7 +8,7 @@ from benchmark.state import TrafficState
 
 
 class VirtualSignal(Controller):
-    """RVs act as a signal: the conflict-free set with the greatest queue and waiting goes.
+    """RVs act as a signal: the conflict-free set with the most vehicles and waiting goes.
 
     The settings come from grids on the four intersections at 50 and 60 % with the validation seeds
     1001 to 1003 (greens of 10 to 30 s, clearances of 0 to 2 s, weights 0.03 to 1); greens of 15 to
@@ -17,7 +17,7 @@ class VirtualSignal(Controller):
     Args:
         green: how long a set keeps its turn while others wait [s].
         clearance: pause between two sets, in which every RV stops [s].
-        waiting_weight: how many queued vehicles a second of mean waiting is worth to each [1/s].
+        waiting_weight: how many vehicles a second of mean waiting is worth to each [1/s].
     """
 
     def __init__(

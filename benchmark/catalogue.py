@@ -7,6 +7,8 @@ from benchmark.errors import ScenarioError
 from benchmark.scenario import Scenario, load
 from benchmark.validation import nearest
 
+LONGEST_NAME = 255  # of a file
+
 
 def shipped_folder() -> Path:
     """The shipped scenarios: in the wheel beside this file, in a source tree at its top."""
@@ -29,12 +31,17 @@ def find(references: Iterable[str]) -> list[Scenario]:
     Raises:
         ScenarioError: a reference leads nowhere, or a file is not a valid scenario.
     """
-    paths = dict.fromkeys(path for reference in references for path in _resolve(reference))
-    return [load(path) for path in paths]
+    paths: dict[Path, Path] = {}
+    for reference in references:
+        for path in _resolve(reference):
+            paths.setdefault(path.resolve(), path)
+    return [load(path) for path in paths.values()]
 
 
 def _resolve(reference: str) -> list[Path]:
     path, known = Path(reference), shipped()
+    if len(path.name) > LONGEST_NAME:
+        raise ScenarioError(f'unknown scenario "{reference[:40]}...": no file has such a long name')
     if path.is_file() or path.suffix == ".toml":
         return [path]  # a missing file is reported where it is read
     if path.is_dir() and (files := list(_files(path))):

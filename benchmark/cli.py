@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from benchmark.scenario import Scenario
     from benchmark.store import Store
 
+LARGEST_SEED = 2**31 - 1  # of SUMO
 PAPER = "colorado-springs"
 
 app = typer.Typer(
@@ -121,8 +122,15 @@ def list_() -> None:
 
 
 @app.command()
-def check(scenario: Annotated[list[str], typer.Argument(metavar="SCENARIO...")]) -> None:
-    """Validate scenarios, build and route them, and say what is wrong."""
+def check(
+    scenario: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO...", help="Files, folders or shipped names.")
+    ],
+) -> None:
+    """Validate scenarios, build and route them, and say what is wrong.
+
+    Lines that begin with ! are findings; what cannot run at all is an error with exit code 2.
+    """
     from rich.table import Table
 
     from benchmark import catalogue
@@ -146,7 +154,8 @@ def check(scenario: Annotated[list[str], typer.Argument(metavar="SCENARIO...")])
         _stdout().print(table)
         for finding in found.findings:
             _stdout().print(f"[yellow]![/] {_literal(finding)}", soft_wrap=True)
-        _stdout().print(f"{len(found.findings)} findings\n" if found.findings else "all well\n")
+        count = len(found.findings)
+        _stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
 
 
 @app.command()
@@ -195,14 +204,16 @@ def run(
         typer.Option("--rate", min=0, max=1, help="Repeatable; default: the scenario's."),
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="Use the seeds 1 to N.")] = None,
-    seed: Annotated[list[int] | None, typer.Option(min=0, help="Repeatable; this seed.")] = None,
+    seed: Annotated[
+        list[int] | None, typer.Option(min=0, max=LARGEST_SEED, help="Repeatable; this seed.")
+    ] = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
 ) -> None:
     """Run episodes, append their records and print the leaderboard."""
-    from benchmark import catalogue, leaderboard, plugins, suite
+    from benchmark import catalogue, leaderboard, suite
     from benchmark.store import Store
 
     if seeds and seed:
@@ -210,7 +221,7 @@ def run(
     store = Store(out, notice=_notice)
     chosen = suite.episodes(
         catalogue.find(scenario or [PAPER]),
-        list(dict.fromkeys(controller or plugins.discovered())),
+        list(dict.fromkeys(controller or _usable_controllers())),
         list(dict.fromkeys(rate)) if rate else None,
         list(dict.fromkeys(seed)) if seed else (range(1, seeds + 1) if seeds else None),
     )
@@ -223,6 +234,22 @@ def run(
     _report_failures(records)
     if any(record.status not in ("ok", "skipped") for record in records):
         raise typer.Exit(1)
+
+
+def _usable_controllers() -> list[str]:
+    """All installed controllers but those that cannot be loaded, which are named."""
+    from benchmark import plugins
+    from benchmark.errors import ControllerError
+
+    usable = []
+    for name in plugins.discovered():
+        try:
+            plugins.load(name)
+        except ControllerError as error:
+            _notice(f"{error}; left out")
+        else:
+            usable.append(name)
+    return usable
 
 
 def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store") -> "list[Record]":
@@ -247,7 +274,10 @@ def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store"
                 records.append(record)
                 bar.advance(task)
     except KeyboardInterrupt:
-        _notice(f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}")
+        _notice(
+            f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
+            "a new run starts from the beginning"
+        )
         raise
     return records
 
@@ -265,14 +295,14 @@ def _report_failures(records: "Sequence[Record]") -> None:
             f"{controller}: {len(members)} {status}, such as {one.scenario} "
             f"rate {one.rate} seed {one.seed}: {reason}"
         )
-    refusals = {
-        reason.partition(" (")[0]: record.scenario
-        for record in records
-        for junction in record.junctions.values()
-        for reason in junction.refusals
-    }
-    for reason, scenario in refusals.items():
-        _notice(f"{reason} ({scenario})")
+    refusals: dict[str, int] = {}
+    for record in records:
+        for junction in record.junctions.values():
+            for reason in junction.refusals:
+                kind = reason.rpartition(" (")[0]
+                refusals[kind] = refusals.get(kind, 0) + 1
+    for kind, episodes in refusals.items():
+        _notice(f"{kind} (in {episodes} of {len(records)} episodes)")
 
 
 def _notice(message: str) -> None:
@@ -305,7 +335,7 @@ def _print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
 def leaderboard_(
     records: Annotated[
         Path, typer.Option("--records", help="Results folder, or its records folder.")
-    ] = Path("results"),
+    ] = Path("out"),
     form: Annotated[
         str | None,
         typer.Option("--format", help="md, csv, json or latex; default: tables for the terminal."),
@@ -317,11 +347,12 @@ def leaderboard_(
     """Show the leaderboard of a results folder; needs no SUMO."""
     from benchmark import leaderboard, tables
     from benchmark.store import Store
-    from benchmark.validation import nearest
 
     known = ("md", "csv", "json", "latex")
     if form is not None and form not in known:
-        raise UsageError(f'--format "{form}": expected {", ".join(known)}{nearest(form, known)}')
+        raise UsageError(f'--format "{form}": expected {", ".join(known)}')
+    if rate is not None and form not in (None, "md"):
+        raise UsageError("--rate makes a Markdown table; leave out --format, or give md")
     folder = records.parent if records.name == "records" else records
     rows = leaderboard.rows(Store(folder, notice=_notice).read())
     if rate is not None:
@@ -341,7 +372,7 @@ def watch(
     scenario: OneScenario,
     controller: Annotated[str, typer.Option(help="Name of an installed controller.")],
     rate: Annotated[float, typer.Option(min=0, max=1, help="Penetration rate.")] = 0.5,
-    seed: Annotated[int, typer.Option(min=0)] = 1,
+    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED)] = 1,
 ) -> None:
     """Watch an episode in sumo-gui; needs a screen."""
     from benchmark import episode

@@ -13,7 +13,10 @@ from benchmark.state import TrafficState
 
 @dataclass(frozen=True, slots=True)
 class Go:
-    """An RV in the decision zone enters the intersection with full acceleration."""
+    """An RV in the decision zone enters the intersection with full acceleration.
+
+    Full within what its car-following model finds safe, which SUMO's checks enforce.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,11 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A signal shows this phase, after yellow and all-red for the one before."""
+    """A signal shows this phase, after yellow and all-red for the one before.
+
+    The first Phase of an episode takes over from the program that runs at once, so give it in the
+    first step, before anybody has arrived.
+    """
 
     name: str  # one of Intersection.phases
 
@@ -60,7 +67,7 @@ class Controller(ABC):
     """False: it commands no vehicle, so it is run once for all penetration rates, with no RVs."""
 
     weights_hash: str | None = None
-    """SHA-256 of learned weights; part of a record's identity."""
+    """SHA-256 of learned weights, for the record."""
 
     def supports(self, scenario: Scenario) -> str | None:
         """Why the scenario is to be skipped, or None if the controller can run on it."""

@@ -3,7 +3,8 @@
 import platform
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Literal
 
 from benchmark import __version__, demand, metrics, network, plugins, signals, sumo_tools
@@ -14,6 +15,7 @@ from benchmark.network import Junction, Network, movement_of
 from benchmark.record import Record, Versions
 from benchmark.rules import Rules
 from benchmark.scenario import Scenario
+from benchmark.scenario_tables import Signal
 from benchmark.signals import PhaseSwitch
 from benchmark.simulation import Simulation
 from benchmark.state import TrafficState
@@ -111,8 +113,12 @@ class _Run:
         if signal is not None:
             signals.check(scenario, signal, self.network)
         program = signals.program_file(scenario, signal, self.network)
-        self.sites = {name: self._site(name) for name in self.network.junctions}
-        self.controllers.reset(self.network.junctions, seed)
+        self.junctions = {
+            name: _with_phases(junction, signal)
+            for name, junction in self.network.junctions.items()
+        }
+        self.sites = {name: self._site(name) for name in self.junctions}
+        self.controllers.reset(self.junctions, seed)
         with Simulation(
             self.network.path,
             self.routes.path,
@@ -142,7 +148,7 @@ class _Run:
         )
 
     def _site(self, name: str) -> _Site:
-        scenario, junction = self.episode.scenario, self.network.junctions[name]
+        scenario, junction = self.episode.scenario, self.junctions[name]
         kind, signal = self.controllers.kind, self.controllers.signal
         return _Site(
             junction=junction,
@@ -150,7 +156,7 @@ class _Run:
             rules=Rules(
                 junction.intersection,
                 self.episode.controller,
-                kind.arbitration,
+                kind.arbitration if kind.rules == "robot vehicles" else "own",
                 lights_on=signal is not None,
             ),
             switch=PhaseSwitch(scenario, signal, junction) if signal else None,
@@ -201,3 +207,10 @@ class _Run:
             simulation.change_lane(vehicle, lane)
         if site.switch and (lights := site.switch.request(orders.phase, time)):
             simulation.set_lights(name, lights)
+
+
+def _with_phases(junction: Junction, signal: Signal | None) -> Junction:
+    """A junction whose phases are those of the program that runs, if any does."""
+    phases = {phase.name: frozenset(phase.movements) for phase in signal.phases} if signal else {}
+    intersection = replace(junction.intersection, phases=MappingProxyType(phases))
+    return replace(junction, intersection=intersection)

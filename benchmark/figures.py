@@ -76,7 +76,10 @@ def draw(scenario: Scenario, target: Path) -> None:
             target.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(target, format=form, dpi=180, metadata=metadata)
         except OSError as error:
-            raise UsageError(f"{target}: cannot write the drawing: {error.strerror}") from error
+            raise UsageError(
+                f"{target}: cannot write the drawing: {error.strerror}; "
+                "choose another file with --output"
+            ) from error
 
 
 def _plain(words: str) -> str:

@@ -4,21 +4,24 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from benchmark.controller import Controller
-from benchmark.errors import ControllerError, RightOfWayError
+from benchmark.errors import RightOfWayError
 from benchmark.network import Junction
 from benchmark.rules import Orders, Rules
 from benchmark.scenario import Scenario
 from benchmark.state import TrafficState
 
+FAULTS = (Exception, SystemExit)  # a controller that exits must not end the whole suite
+
 
 class ControllerFailedError(Exception):
     """A controller raised; carries one line for the record."""
 
-    def __init__(self, call: str, error: Exception) -> None:
+    def __init__(self, call: str, error: BaseException) -> None:
         place = ""
         trace = error.__traceback__
         while trace is not None:
-            place = f" ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
+            file = Path(trace.tb_frame.f_code.co_filename)
+            place = f" ({file.name}:{trace.tb_lineno})" if file != Path(__file__) else ""
             trace = trace.tb_next
         super().__init__(f"{call} raised {type(error).__name__}: {error}{place}")
 
@@ -41,19 +44,21 @@ class Guard:
         self._by_junction: dict[str, Controller] = {}
         try:
             self.unsupported = self._first.supports(scenario)
+            self.weights_hash = self._first.weights_hash
             self.signal = None
             if kind.rules == "signals" and self.unsupported is None:
                 self.signal = self._first.signal(scenario)
+                if self.signal is None:
+                    raise TypeError("signal returned None where signals rule")
         except RightOfWayError:
             raise
-        except Exception as error:
-            raise ControllerFailedError("supports or signal", error) from error
-        self.weights_hash = self._first.weights_hash
+        except FAULTS as error:
+            raise ControllerFailedError("supports, signal or weights_hash", error) from error
 
     def _new(self) -> Controller:
         try:
             return self.kind()
-        except Exception as error:
+        except FAULTS as error:
             raise ControllerFailedError("construction", error) from error
 
     def reset(self, junctions: Mapping[str, Junction], seed: int) -> None:
@@ -62,14 +67,12 @@ class Guard:
             controller = self._by_junction[name] = self._new()
             try:
                 controller.reset(junction.intersection, seed)
-            except Exception as error:
+            except FAULTS as error:
                 raise ControllerFailedError("reset", error) from error
 
     def act(self, junction: str, state: TrafficState, rules: Rules) -> Orders:
         """A junction's orders for the next step."""
         try:
             return rules.decide(state, self._by_junction[junction].act(state))
-        except ControllerError as error:
-            raise ControllerFailedError("act", error) from error
-        except Exception as error:
+        except FAULTS as error:
             raise ControllerFailedError(f"act at {state.time:g} s", error) from error

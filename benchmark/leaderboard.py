@@ -163,10 +163,13 @@ def _cells(records: Sequence[Record]) -> list[_Cell]:
             key = (record.scenario, record.scenario_hash, rate, record.controller)
             groups.setdefault(key, []).append(record)
     versions = Counter(scenario for scenario, _ in rates)
+    places: dict[tuple[str, str], set[str]] = {}
+    for record in records:
+        places.setdefault((record.scenario, record.scenario_hash), set()).update(record.junctions)
     cells = []
     for (scenario, scenario_hash, rate, controller), members in groups.items():
         shown = scenario if versions[scenario] == 1 else f"{scenario} ({scenario_hash[:8]})"
-        junctions = sorted({name for record in members for name in record.junctions})
+        junctions = sorted(places[scenario, scenario_hash])
         for junction in junctions or [""]:
             name = shown if len(junctions) < 2 else f"{shown} {junction}"
             cells.append(_Cell((name, scenario_hash, rate, controller), members, junction))
@@ -192,7 +195,7 @@ def _row(
     reference: dict[str, Estimate],
 ) -> Row:
     scenario, scenario_hash, rate, controller = cell.key
-    some = cell.records[-1]
+    some = next((one for one in cell.records if one.rules), cell.records[-1])
     rules = "lights" if some.rules == "signals" else some.arbitration or "?"
     return Row(
         *(scenario, scenario_hash, rate, controller, rules, figures, difference),

@@ -74,8 +74,8 @@ _built: dict[str, Network] = {}  # by the scenario's hash; one process meets few
 
 def _build(scenario: Scenario) -> Network:
     first = plain_xml(scenario, setbacks={})
-    source = Path(plain_xml.__code__.co_filename).read_bytes()
-    key = sumo_tools.digest(sumo_tools.sumo_version(), source, *OPTIONS, *first.values())
+    sources = [Path(file).read_bytes() for file in (__file__, plain_xml.__code__.co_filename)]
+    key = sumo_tools.digest(sumo_tools.sumo_version(), *sources, *OPTIONS, *first.values())
 
     def make(folder: Path) -> None:
         setbacks = _setbacks(_netconvert(folder, first), scenario)

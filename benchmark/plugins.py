@@ -8,6 +8,7 @@ from benchmark.errors import ControllerError
 from benchmark.validation import nearest
 
 GROUP = "rightofway.controllers"
+CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
 
 
 @cache
@@ -26,7 +27,7 @@ def load(name: str) -> type[Controller]:
         raise ControllerError(f'unknown controller "{name}"{nearest(name, discovered())}')
     try:
         found = entry.load()
-    except Exception as error:  # whatever a plugin does on import
+    except (Exception, SystemExit) as error:  # whatever a plugin does on import
         raise ControllerError(
             f'controller "{name}" ({entry.value}) cannot be imported: '
             f"{type(error).__name__}: {error}"
@@ -35,6 +36,12 @@ def load(name: str) -> type[Controller]:
         raise ControllerError(
             f'controller "{name}" ({entry.value}) is not a benchmark.controller.Controller'
         )
+    for key, choices in CHOICES.items():
+        if (value := getattr(found, key)) not in choices:
+            raise ControllerError(
+                f'controller "{name}" ({entry.value}): {key} = {value!r}; '
+                f'expected "{choices[0]}" or "{choices[1]}"'
+            )
     return found
 
 

@@ -1,14 +1,17 @@
 """What an episode leaves behind, with units; the schema of the store."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+Words = Annotated[str, AfterValidator(lambda text: text.encode(errors="replace").decode())]
+"""Text from elsewhere, such as a controller's error; what UTF-8 cannot hold becomes ``?``."""
 
 
 class Entry(BaseModel):
     """Part of a record: frozen, unknown keys refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Waiting(Entry):
@@ -37,7 +40,7 @@ class JunctionMetrics(Entry):
     lane_changes: int = Field(description="in the control zone")
     go_held_back: int = Field(description="Go commands the arbitration held back, whole episode")
     refused_commands: int = Field(description="whole episode")
-    refusals: tuple[str, ...] = Field(description="the most frequent reasons")
+    refusals: tuple[Words, ...] = Field(description="the most frequent reasons")
 
 
 class TripMetrics(Entry):
@@ -77,7 +80,7 @@ class Record(Entry):
     )
     seed: int
     status: Literal["ok", "failed", "crashed", "timed out", "skipped"]
-    reason: str | None = Field(None, description="why it is not ok")
+    reason: Words | None = Field(None, description="why it is not ok")
     rules: Literal["signals", "robot vehicles"] | None = None
     arbitration: Literal["flexible", "own"] | None = None
     scenario_hash: str

@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Literal
 
 from benchmark.controller import Command, Drive, Go, Phase, Stop
@@ -91,9 +92,8 @@ class Rules:
                     else:
                         held.add(target)
                 elif isinstance(command, Drive) and command.lane_change:
-                    lanes[target] = (
-                        self._intersection.lanes[vehicle.lane].index + command.lane_change
-                    )
+                    side = int(command.lane_change)  # libsumo takes no float and no numpy integer
+                    lanes[target] = self._intersection.lanes[vehicle.lane].index + side
                 speeds[target] = self._speed(vehicle, command, target in cleared)
         released = self._commanded - speeds.keys()
         self._commanded, self._cleared = frozenset(speeds), frozenset(cleared)
@@ -139,7 +139,7 @@ class Rules:
     def _why_no_drive(self, vehicle: Vehicle, command: Drive) -> str | None:
         low, high = -vehicle.body.deceleration, vehicle.body.acceleration
         value = command.acceleration
-        if not isinstance(value, int | float) or not math.isfinite(value):
+        if not isinstance(value, Real) or not math.isfinite(value):
             return "the acceleration is not a finite number"
         if not low - ROUNDING <= value <= high + ROUNDING:
             return f"the acceleration is outside [{low:g}, {high:g}] m/s2"
@@ -179,7 +179,7 @@ class Rules:
         if cleared:
             return fastest
         if isinstance(command, Drive):
-            wanted = vehicle.speed + command.acceleration * step
+            wanted = vehicle.speed + float(command.acceleration) * step
             if self._arbitration == "own":
                 return wanted
             return min(wanted, stopping_speed(vehicle.distance, vehicle.body.deceleration, step))

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 from xml.etree import ElementTree
 
 from benchmark import sumo_tools
-from benchmark.errors import NetworkError
+from benchmark.errors import NetworkError, UsageError
 from benchmark.network import Junction
 from benchmark.state import Body
 
@@ -101,6 +101,7 @@ class Simulation:
 
     def __enter__(self) -> Self:
         if Simulation._open is not None:
+            self._folder.cleanup()
             raise RuntimeError("libsumo holds one simulation per process; close the other first")
         os.environ["SUMO_HOME"] = sumo_tools.environment()["SUMO_HOME"]
         try:
@@ -120,6 +121,8 @@ class Simulation:
         if Simulation._open is self:
             self._close()
         self._folder.cleanup()
+        if self._window and isinstance(error, self._api.FatalTraCIError):
+            raise UsageError("the window was closed before the episode ended") from error
 
     def _close(self) -> None:
         self._api.close()

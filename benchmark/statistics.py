@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,43 +32,31 @@ class Estimate:
 def estimates(samples: Sequence[Sequence[float]]) -> list[Estimate]:
     """The mean of each sample with its percentile bootstrap interval.
 
-    Samples of one size are resampled together with the same draws, so that an estimate does not
+    Each sample is resampled by itself, always with the same draws, so that an estimate does not
     depend on which others are asked for.
 
     Args:
         samples: per sample the values over seeds; sizes may differ, none may be empty.
     """
-    found: dict[int, Estimate] = {}
-    by_size: dict[int, list[int]] = {}
-    for index, sample in enumerate(samples):
-        by_size.setdefault(len(sample), []).append(index)
-    for size, indices in by_size.items():
-        values = np.asarray([samples[index] for index in indices], dtype=float)
-        lows, highs = _interval(values)
-        for row, index in enumerate(indices):
-            mean = float(values[row].mean())
-            found[index] = (
-                Estimate(mean, float(lows[row]), float(highs[row]), size)
-                if size > 1
-                else Estimate(mean, None, None, 1)
-            )
-    return [found[index] for index in range(len(samples))]
+    return [_estimate(tuple(sample)) for sample in samples]
 
 
-def _interval(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds per row of an array of shape (samples, seeds)."""
-    if values.shape[1] < 2:
-        return values[:, 0], values[:, 0]
+@lru_cache(maxsize=65536)  # a controller without rates brings the same sample at every rate
+def _estimate(values: tuple[float, ...]) -> Estimate:
+    mean = float(np.mean(values))
+    if len(values) == 1:
+        return Estimate(mean, None, None, 1)
+    if len(set(values)) == 1:
+        return Estimate(mean, mean, mean, len(values))
     from scipy import stats  # takes a second to import
 
-    result = stats.bootstrap(
+    interval = stats.bootstrap(
         (values,),
         np.mean,
-        axis=-1,
         n_resamples=RESAMPLES,
         confidence_level=CONFIDENCE,
         method="percentile",  # BCa is undefined where all seeds agree, as collisions often do
         rng=np.random.default_rng(RANDOM_STATE),
         vectorized=True,
-    )
-    return result.confidence_interval.low, result.confidence_interval.high
+    ).confidence_interval
+    return Estimate(mean, float(interval.low), float(interval.high), len(values))

@@ -58,11 +58,13 @@ class Store:
         """
         path = self.records_folder / f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', record.scenario)}.jsonl"
         try:
-            with path.open("ab") as file:
+            # unbuffered: a buffer would write its rest on closing, after the file was cut back
+            with path.open("ab", buffering=0) as file:
                 start = file.tell()
                 try:
-                    file.write(record.line().encode())
-                    file.flush()
+                    line = record.line().encode()
+                    while line:
+                        line = line[file.write(line) :]
                     os.fsync(file.fileno())
                 except OSError:
                     os.truncate(path, start)
@@ -87,25 +89,48 @@ class Store:
         return sorted(self.records_folder.glob("*.jsonl"))
 
     def _lines(self, path: Path) -> Iterator[Record]:
-        lines = path.read_bytes().split(b"\n")
+        lines = _bytes(path).split(b"\n")
         for number, line in enumerate(lines, start=1):
             if not line:
                 continue
-            if number == len(lines):
+            if number == len(lines) and not _is_whole(line):
                 self._notice(f"{path}: the last line is half-written and left out")
                 continue
             yield _parse(line, f"{path}:{number}")
 
     def _set_aside_torn_line(self, path: Path) -> None:
         """Move a half-written last line to ``<file>.torn``, so that appending cannot garble it."""
-        data = path.read_bytes()
-        whole, newline, torn = data.rpartition(b"\n")
+        whole, newline, torn = _bytes(path).rpartition(b"\n")
         if not torn:
             return
-        with path.with_suffix(".jsonl.torn").open("ab") as aside:
-            aside.write(torn + b"\n")
-        os.truncate(path, len(whole) + len(newline))
+        if _is_whole(torn):  # it only lacks its newline, which an editor may have stripped
+            with path.open("ab") as file:
+                file.write(b"\n")
+            return
+        try:
+            with path.with_suffix(".jsonl.torn").open("ab") as aside:
+                aside.write(torn + b"\n")
+            os.truncate(path, len(whole) + len(newline))
+        except OSError as error:
+            raise StoreError(
+                f"{path}: cannot set a half-written last line aside: {error.strerror}"
+            ) from error
         self._notice(f"{path}: a half-written last line was set aside in {path.name}.torn")
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path}: cannot read records: {error.strerror}") from error
+
+
+def _is_whole(line: bytes) -> bool:
+    try:
+        Record.model_validate_json(line)
+    except ValidationError:
+        return False
+    return True
 
 
 def _parse(line: bytes, place: str) -> Record:

@@ -1,10 +1,11 @@
 """Many runs: which episodes a study holds, and worker processes that run them."""
 
 import multiprocessing
+import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, as_completed
 
-from benchmark import demand, network, plugins
+from benchmark import demand, network, plugins, signals
 from benchmark.episode import Episode, run
 from benchmark.errors import RightOfWayError
 from benchmark.record import Record
@@ -51,8 +52,11 @@ def prepare(chosen: Sequence[Episode]) -> None:
     """Build every network and demand once, before workers ask for them.
 
     Raises:
-        RightOfWayError: a scenario cannot be built.
+        RightOfWayError: a scenario cannot be built, or its signal endangers.
     """
+    for scenario in {one.scenario.hash: one.scenario for one in chosen}.values():
+        if scenario.signal is not None:
+            signals.check(scenario, scenario.signal, network.build(scenario))
     for episode in {(one.scenario.hash, one.seed): one for one in chosen}.values():
         demand.build(episode.scenario, network.build(episode.scenario), episode.seed)
 
@@ -72,7 +76,12 @@ def run_all(
     from pebble import ProcessPool
 
     context = multiprocessing.get_context("spawn")
-    with ProcessPool(max_workers=workers, context=context) as pool:
+    with (
+        tempfile.TemporaryDirectory(prefix="rightofway-") as folder,
+        ProcessPool(
+            max_workers=workers, context=context, initializer=_keep_files_in, initargs=[folder]
+        ) as pool,
+    ):
         futures: dict[Future[Record], Episode] = {
             pool.schedule(run, args=(episode,), timeout=time_limit): episode for episode in chosen
         }
@@ -82,6 +91,11 @@ def run_all(
         except BaseException:  # the caller stops early, by Ctrl-C for one
             pool.stop()  # type: ignore[no-untyped-call]
             raise
+
+
+def _keep_files_in(folder: str) -> None:
+    """A worker that is killed cannot clear its temporary files away; the parent does."""
+    tempfile.tempdir = folder
 
 
 def _record(future: Future[Record], episode: Episode, time_limit: float) -> Record:

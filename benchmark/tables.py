@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Format = Literal["md", "csv", "json", "latex"]
 
-CELL_WIDTH = 13  # of the terminal, with its margin
+MARGIN = 3  # of a terminal table's column [characters]
 BRIEF = tuple(column for column in COLUMNS if column.brief)
 
 
@@ -41,8 +41,12 @@ def percent(rate: float | None) -> str:
 
 
 def notes(row: Row) -> str:
-    """Marks, and episodes that are not ok."""
-    return ", ".join([*row.marks, *(f"{count} {status}" for status, count in row.other.items())])
+    """Marks, refused commands, and episodes that are not ok."""
+    refused = row.figures.get("refused_commands")
+    found = [*row.marks, *(f"{count} {status}" for status, count in row.other.items())]
+    if refused and refused.mean > 0:
+        found.append(f"{refused.mean:.0f} commands refused an episode")
+    return ", ".join(found)
 
 
 def markdown(rows: Sequence[Row]) -> str:
@@ -54,7 +58,7 @@ def markdown(rows: Sequence[Row]) -> str:
     for scenario, members in _by_scenario(rows):
         for rate, group in groupby(members, key=lambda row: row.rate):
             lines += [f"## {_escape(scenario)} at {percent(rate)}", ""]
-            lines += [_details(list(group), "github"), ""]
+            lines += [_details(list(group)), ""]
     return "\n".join(lines)
 
 
@@ -66,7 +70,9 @@ def summary(rows: Sequence[Row], rate: float) -> str:
     scenarios = list(dict.fromkeys(row.scenario for row in chosen))
     cells = {(row.controller, row.scenario): _cell(row) for row in chosen}
     controllers = sorted({row.controller for row in chosen}, key=lambda name: _rank(chosen, name))
-    body = [[name, *(cells.get((name, one), "-") for one in scenarios)] for name in controllers]
+    body = [
+        [_escape(name), *(cells.get((name, one), "-") for one in scenarios)] for name in controllers
+    ]
     align = ["left", *["right"] * len(scenarios)]
     head = [f"at {percent(rate)}", *map(_escape, scenarios)]
     return tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True) + "\n"
@@ -112,19 +118,32 @@ def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
     found = []
     for scenario, members in _by_scenario(rows):
         head, body = _matrix(members)
-        name_width = 2 + max(len(line[0]) for line in [head, *body])
-        fitting = max(1, (width - name_width) // CELL_WIDTH)
-        for first in range(1, len(head), fitting):
+        body = [[_two_lines(cell) for cell in line] for line in body]
+        name_width, *widths = [
+            max(len(part) for cell in column for part in cell.split("\n"))
+            for column in zip(head, *body, strict=True)
+        ]
+        for first, last in _runs([MARGIN + one for one in widths], width - name_width - 2):
             title = escape(f"{scenario}: average waiting time [s]")
             table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False)
             table.add_column(head[0], no_wrap=True)
-            for title in head[first : first + fitting]:
-                table.add_column(title, justify="right", min_width=CELL_WIDTH - 2)
+            for title in head[1 + first : 1 + last]:
+                table.add_column(title, justify="right")
             for line in body:
-                cells = line[first : first + fitting]
-                table.add_row(escape(line[0]), *[escape(_two_lines(cell)) for cell in cells])
+                table.add_row(*map(escape, [line[0], *line[1 + first : 1 + last]]))
             found.append(table)
     return found
+
+
+def _runs(widths: Sequence[int], room: int) -> list[tuple[int, int]]:
+    """First and last column (exclusive) of each table, as many columns as fit, one at least."""
+    runs: list[tuple[int, int]] = []
+    for index in range(len(widths)):
+        if runs and sum(widths[runs[-1][0] : index + 1]) <= room:
+            runs[-1] = (runs[-1][0], index + 1)
+        else:
+            runs.append((index, index + 1))
+    return runs
 
 
 def _two_lines(cell: str) -> str:
@@ -136,8 +155,9 @@ def legend() -> str:
     """What marks and signs mean."""
     meanings = "; ".join(f"{mark}: {meaning}" for mark, meaning in MARKS.items())
     return (
-        "Mean over seeds [95 % bootstrap interval]; ↓ or ↑: significantly below or above "
-        f"traffic-light, paired by seed; * waiting may be low for the wrong reason ({meanings})."
+        "Mean over seeds [95 % bootstrap interval, from few seeds little but their range]; "
+        "↓ or ↑: significantly below or above traffic-light, paired by seed; "
+        f"* waiting may be low for the wrong reason ({meanings})."
     )
 
 
@@ -158,18 +178,24 @@ def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     body = []
     for controller in controllers:
         line = [controller]
-        shown: dict[str, int] = {}
+        shown: dict[str, list[int]] = {}
         for rate in rates:
             row = cells.get((controller, rate))
             line.append(_cell(row) if row else "-")
-            if row:
-                shown.update(row.other)
-        line.append(", ".join(f"{count} {status}" for status, count in shown.items()))
+            for status, count in row.other.items() if row else ():
+                shown.setdefault(status, []).append(count)
+        line.append(", ".join(f"{_span(counts)} {status}" for status, counts in shown.items()))
         body.append(line)
     head = ["controller", *(percent(rate) for rate in rates), ""]
     if not any(line[-1] for line in body):
         head, body = head[:-1], [line[:-1] for line in body]
     return head, body
+
+
+def _span(counts: Sequence[int]) -> str:
+    """How many episodes of a rate: those of a controller without a rate stand at every one."""
+    low, high = min(counts), max(counts)
+    return f"{low}" if low == high else f"{low} to {high}"
 
 
 def _rank(rows: Sequence[Row], controller: str) -> tuple[float, str]:
@@ -188,23 +214,25 @@ def _overview(rows: Sequence[Row], style: str) -> str:
     from tabulate import tabulate
 
     head, body = _matrix(rows)
+    if style == "github":
+        body = [[_escape(name), *cells] for name, *cells in body]
     align = ["left", *["right"] * (len(head) - 1)]
     return tabulate(body, head, tablefmt=style, colalign=align, disable_numparse=True)
 
 
-def _details(rows: Sequence[Row], style: str) -> str:
+def _details(rows: Sequence[Row]) -> str:
     from tabulate import tabulate
 
     head = ["controller", "rules", "vs signal [s]", *(_title(column) for column in BRIEF), "notes"]
     body = [
         [
-            *(row.controller, row.rules, figure(row.difference, 1)),
+            *(_escape(row.controller), row.rules, figure(row.difference, 1)),
             *(figure(row.figures.get(column.key), column.digits) for column in BRIEF),
             notes(row),
         ]
         for row in rows
     ]
-    return tabulate(body, head, tablefmt=style, disable_numparse=True)
+    return tabulate(body, head, tablefmt="github", disable_numparse=True)
 
 
 def _title(column: Column) -> str:
@@ -213,7 +241,7 @@ def _title(column: Column) -> str:
 
 def _escape(text: str) -> str:
     """Text as Markdown shows it literally."""
-    return "".join(f"\\{sign}" if sign in "\\`*_{}[]<>#|" else sign for sign in text)
+    return "".join(f"\\{sign}" if sign in "\\`*_{}[]<>#|&~" else sign for sign in text)
 
 
 def _flat(row: Row) -> dict[str, Any]:

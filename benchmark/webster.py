@@ -111,7 +111,7 @@ def _saturation_in(
     opposing = (
         sum(
             count(scenario, intersection, other)
-            for other in intersection.movements[movement].conflicts & set(phase.movements)
+            for other in sorted(intersection.movements[movement].conflicts & set(phase.movements))
         )
         / 3600
     )

@@ -368,7 +368,7 @@ DIFFERENT = [
     {f"{NORTH}.speed_limit": 14},
     {f"{NORTH}.lanes": "RC L"},
     {f"{NORTH}.lanes": "R CL"},
-    {f"{NORTH}.upstream_lanes": 2},
+    {f"{NORTH}.bay": 50, f"{NORTH}.upstream_lanes": 2},
     {f"{NORTH}.exit_lanes": 2},
     {f"{NORTH}.slip_lane": True},
     {"demand.0.end": 50},

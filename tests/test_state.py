@@ -4,15 +4,17 @@ from collections import defaultdict
 from dataclasses import FrozenInstanceError
 from typing import Any
 
+import numpy as np
 import pytest
-from conftest import CAR, CROSSROADS, crossing, state, vehicle
+from conftest import CAR, CROSSROADS, crossing, crossroads, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmark import metrics
 from benchmark.network import Inside, Junction, ZoneLane
-from benchmark.simulation import InJunction, InZone
+from benchmark.simulation import Reading
 from benchmark.state import TrafficState, Vehicle
-from benchmark.tracking import Identity, Tracker
+from benchmark.tracking import Identity, Log, Tracker
 
 # --- the state -------------------------------------------------------------------------------
 
@@ -73,6 +75,13 @@ def test_the_state_of_movements_agrees_with_counting_one_by_one(vehicles: list[V
     }
 
 
+def test_pressure_counts_vehicles_and_weighs_their_waiting() -> None:
+    movements = state(vehicle(waiting=6.0), vehicle("hv", waiting=0.0, is_robot=False)).movements
+    assert movements["N-C"].pressure(0.5) == 2 * (1 + 0.5 * 3.0)
+    assert movements["N-C"].pressure(0.0) == 2
+    assert movements["W-L"].pressure(0.5) == 0
+
+
 @pytest.mark.parametrize(
     ("position", "cell"), [(0.0, 0), (1.99, 0), (2.0, 1), (19.99, 9), (20.0, 9), (21.0, 9)]
 )
@@ -130,112 +139,112 @@ def test_a_state_is_read_only() -> None:
 
 # --- the tracker -----------------------------------------------------------------------------
 
-ROBOTS = {"rv", "rv2"}
 ZONE = {lane: ZoneLane(0.0, 60.0, lane[:-2]) for lane in CROSSROADS.lanes}
-ZONE |= {f":bay_{index}": ZoneLane(60.0, 4.0, "northbound") for index in range(4)}
 ZONE |= {f"northbound.upstream_{i}": ZoneLane(64.0, 100.0, "northbound") for i in range(2)}
-JUNCTION = Junction(
-    intersection=CROSSROADS,
-    links={},
-    zone=ZONE,
-    inside={
-        ":in_0": Inside("N-L", "northbound_3", offset=0.0, length=20.0),
-        ":in_1": Inside("N-L", "northbound_3", offset=8.0, length=20.0),
-    },
-    roads={},
-)
 
 
-def tracker(step: float = 1.0) -> Tracker:
-    return Tracker(JUNCTION, step, lambda name: Identity(name in ROBOTS, "N-C", CAR))
+def tracker(step: float = 1.0, asked: list[str] | None = None) -> Tracker:
+    """A tracker of vehicles of which those whose names begin with rv are RVs."""
+    junction = Junction(
+        intersection=crossroads(step=step),
+        links={},
+        zone=ZONE,
+        inside={
+            ":in_0": Inside("N-L", "northbound_3", offset=0.0, length=20.0),
+            ":in_1": Inside("N-L", "northbound_3", offset=8.0, length=20.0),
+        },
+        roads={},
+    )
+
+    def identify(name: str) -> Identity:
+        if asked is not None:
+            asked.append(name)
+        return Identity(name, name.startswith("rv"), "N-L", CAR)
+
+    return Tracker(junction, identify)
 
 
-def follow(readings: list[list[InZone]], step: float = 1.0) -> Tracker:
+def follow(readings: list[list[Reading]], step: float = 1.0) -> Log:
     found = tracker(step)
     for number, reading in enumerate(readings, 1):
         found.update(number * step, reading, [], frozenset())
-    return found
+    return found.log
 
 
-def on(lane: str, name: str = "hv", speed: float = 5.0) -> list[InZone]:
-    return [InZone(name, lane, 20.0, speed)]
+def rows(log: Log) -> list[tuple[float, str, str, float]]:
+    """The log unfolded: time, vehicle, lane and waiting of each sight."""
+    times = [time for time, here in zip(log.times, log.present, strict=True) for _ in range(here)]
+    columns = zip(times, log.vehicle, log.lane, log.waiting, strict=True)
+    return [(t, log.vehicles[v].id, log.lanes[lane], waited) for t, v, lane, waited in columns]
+
+
+def on(lane: str, name: str = "hv", speed: float = 5.0) -> list[Reading]:
+    return [(name, lane, 20.0, speed)]
 
 
 def test_waiting_counts_the_seconds_that_a_vehicle_stands_in_the_zone() -> None:
     speeds = [5.0, 0.0, 0.09, 0.1, 3.0, 0.0]
-    log = follow([on("northbound_1", speed=speed) for speed in speeds], step=0.5).log
-    assert log.waiting == [0.0, 0.5, 1.0, 1.0, 1.0, 1.5]
-    assert log.times == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-    assert log.step == [0, 1, 2, 3, 4, 5]
-    assert (set(log.vehicle), set(log.movement)) == ({"hv"}, {"N-C"})
+    log = follow([on("northbound_1", speed=speed) for speed in speeds], step=0.5)
+    assert list(log.waiting) == [0.0, 0.5, 1.0, 1.0, 1.0, 1.5]
+    assert list(log.times) == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    assert list(log.present) == [1] * 6
+    assert log.vehicles == [Identity("hv", False, "N-L", CAR)]
 
 
 def test_standing_outside_the_zone_does_not_count() -> None:
     here = on("northbound_1", speed=0.0)
-    assert follow([here, [], [], here]).log.waiting == [1.0, 2.0]
+    log = follow([here, [], [], here])
+    assert [waited for _, _, _, waited in rows(log)] == [1.0, 2.0]
+    assert list(log.present) == [1, 0, 0, 1]
+
+
+def test_the_log_says_who_was_where_step_by_step() -> None:
+    both = on("northbound_1", "rv") + on("northbound.upstream_0", "hv", speed=0.0)
+    assert rows(follow([both, [], both[1:]])) == [
+        (1.0, "rv", "northbound_1", 0.0),
+        (1.0, "hv", "northbound.upstream_0", 1.0),
+        (3.0, "hv", "northbound.upstream_0", 2.0),
+    ]
 
 
 READINGS = st.lists(
-    st.dictionaries(st.sampled_from("abc"), st.sampled_from([0.0, 0.05, 0.1, 4.0])), max_size=25
+    st.dictionaries(
+        st.sampled_from(["a", "b", "rv"]),
+        st.tuples(st.sampled_from(sorted(ZONE)), st.sampled_from([0.0, 0.05, 0.1, 4.0])),
+    ),
+    max_size=25,
 )
 
 
 @given(readings=READINGS, step=st.sampled_from([0.5, 1.0]))
-def test_waiting_agrees_with_counting_one_by_one(
-    readings: list[dict[str, float]], step: float
+def test_the_log_agrees_with_counting_one_by_one(
+    readings: list[dict[str, tuple[str, float]]], step: float
 ) -> None:
     log = follow(
-        [[InZone(v, "northbound_1", 9.0, speed) for v, speed in now.items()] for now in readings],
-        step,
-    ).log
+        [[(v, lane, 9.0, speed) for v, (lane, speed) in now.items()] for now in readings], step
+    )
     stood: dict[str, float] = defaultdict(float)
     expected = []
-    for number, now in enumerate(readings):
-        for name, speed in now.items():
+    for number, now in enumerate(readings, 1):
+        for name, (lane, speed) in now.items():
             stood[name] += step if speed < 0.1 else 0
-            expected.append((number, name, stood[name]))
-    assert list(zip(log.step, log.vehicle, log.waiting, strict=True)) == expected
-    leaves = [len(a.keys() - b.keys()) for a, b in zip([{}, *readings], readings, strict=False)]
-    assert log.crossed == leaves
+            expected.append((number * step, name, lane, stood[name]))
+    assert rows(log) == expected
+    assert [one.id for one in log.vehicles] == list(stood)
 
 
-@pytest.mark.parametrize(
-    ("lanes", "changes"),
-    [
-        (["northbound_1", "northbound_2", "northbound_1"], [0, 1, 1]),
-        (["northbound_1", "northbound_1"], [0, 0]),
-        (["northbound.upstream_0", "northbound.upstream_1"], [0, 1]),
-        (["northbound.upstream_1", ":bay_2", "northbound_2"], [0, 0, 0]),
-        (["northbound.upstream_1", "northbound_3"], [0, 0]),
-    ],
-)
-def test_moving_over_is_a_lane_change_and_driving_on_is_not(
-    lanes: list[str], changes: list[int]
-) -> None:
-    assert follow([on(lane) for lane in lanes]).log.lane_changes == changes
-
-
-def test_a_vehicle_that_leaves_the_zone_has_crossed() -> None:
-    both = on("northbound_1", "a") + on("northbound_2", "b")
-    assert follow([both, both[:1], [], both]).log.crossed == [0, 1, 1, 0]
-
-
-@pytest.mark.parametrize(
-    ("reading", "led"),
-    [
-        ([], 0),
-        (on("northbound_1", "hv"), 0),
-        (on("northbound_1", "rv"), 1),
-        (on("northbound_1", "rv") + on("northbound_1", "rv2"), 1),
-        (on("northbound_1", "rv") + on("westbound_3", "rv2"), 2),
-        (on("northbound_0", "rv"), 0),
-        (on("northbound.upstream_0", "rv"), 0),
-    ],
-)
-def test_the_share_of_unregulated_lanes_counts_left_and_cross_lanes_without_an_rv(
-    reading: list[InZone], led: int
-) -> None:
-    assert follow([reading]).log.unregulated == [pytest.approx((12 - led) / 12)]
+def test_readings_become_what_controllers_see() -> None:
+    asked: list[str] = []
+    found = tracker(asked=asked)
+    zone = [("rv", "northbound_3", 12.0, 0.0)]
+    inside = [("hv", ":in_1", 3.0, 7.0)]
+    found.update(1.0, zone, inside, frozenset())
+    vehicles, crossings = found.update(2.0, zone, inside, frozenset({"rv"}))
+    assert vehicles == (Vehicle("rv", True, "N-L", "northbound_3", 12.0, 0.0, 2.0, True, CAR),)
+    assert crossings[0][:7] == ("hv", False, "N-L", "northbound_3", 8.0 + 3.0, 20.0, 7.0)
+    assert crossings[0].cell == 5
+    assert sorted(asked) == ["hv", "rv"]
+    assert rows(found.log) == [(1.0, "rv", "northbound_3", 1.0), (2.0, "rv", "northbound_3", 2.0)]
 
 
 def test_the_log_and_the_state_agree_on_unregulated_lanes() -> None:
@@ -243,22 +252,11 @@ def test_the_log_and_the_state_agree_on_unregulated_lanes() -> None:
     found = tracker()
     vehicles, _ = found.update(1.0, reading, [], frozenset())
     lanes = TrafficState(CROSSROADS, 1.0, vehicles, ()).unregulated_lanes
-    assert found.log.unregulated == [len(lanes) / len(CROSSROADS.regulated_lanes)]
-
-
-def test_readings_become_what_controllers_see() -> None:
-    asked: list[str] = []
-
-    def identify(name: str) -> Identity:
-        asked.append(name)
-        return Identity(name in ROBOTS, "N-L", CAR)
-
-    found = Tracker(JUNCTION, 1.0, identify)
-    zone = [InZone("rv", "northbound_3", 12.0, 0.0)]
-    inside = [InJunction("hv", ":in_1", 3.0, 7.0)]
-    found.update(1.0, zone, inside, frozenset())
-    vehicles, crossings = found.update(2.0, zone, inside, frozenset({"rv"}))
-    assert vehicles == (Vehicle("rv", True, "N-L", "northbound_3", 12.0, 0.0, 2.0, True, CAR),)
-    assert crossings[0][:7] == ("hv", False, "N-L", "northbound_3", 8.0 + 3.0, 20.0, 7.0)
-    assert crossings[0].cell == 5
-    assert sorted(asked) == ["hv", "rv"]
+    log, count = found.log, len(CROSSROADS.regulated_lanes)
+    robots = np.array([log.vehicles[index].is_robot for index in log.vehicle])
+    regulated = np.array([lane in CROSSROADS.regulated_lanes for lane in log.lanes])
+    step = np.zeros(len(log.vehicle), dtype=np.int64)
+    ratios = metrics.unregulated_ratios(step, np.array(log.lane), robots, regulated, steps=1)
+    assert (
+        list(ratios) == [pytest.approx(len(lanes) / count)] == [pytest.approx((count - 2) / count)]
+    )

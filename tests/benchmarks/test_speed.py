@@ -1,0 +1,133 @@
+"""Speed and memory, measured: ``pytest tests/benchmarks --benchmark-only --benchmark-enable``.
+
+Timings mean something only on a machine with nothing else to do. What is compared runs by turns,
+and the fastest of each counts.
+"""
+
+import multiprocessing
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import pytest
+from conftest import PAPER, shipped
+from pytest_benchmark.fixture import BenchmarkFixture
+
+from benchmark import demand, network, plugins, signals, sumo_tools
+from benchmark.episode import Episode, run
+from benchmark.simulation import FLAGS
+from benchmark.suite import episodes, prepare, run_all
+
+ROUNDS = 9
+SCENARIO = "colorado-springs/334"
+COMMAND = Path(sys.executable).parent / "rightofway"
+
+
+@pytest.fixture(autouse=True)
+def _only_when_measuring(benchmark: BenchmarkFixture) -> None:
+    if benchmark.disabled:
+        pytest.skip("benchmarks are disabled; see the top of the file")
+
+
+def seconds(work: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    work()
+    return time.perf_counter() - began
+
+
+def bare_sumo(seed: int) -> list[str]:
+    """The program ``sumo`` on the same network, routes, lights, steps and checks; no outputs."""
+    scenario = shipped(SCENARIO)
+    roads = network.build(scenario)
+    evaluation = scenario.evaluation
+    quiet = {k: v for k, v in FLAGS.items() if "output" not in k and "emissions" not in k}
+    assert "--collision.check-junctions" in quiet
+    return [
+        str(sumo_tools.program("sumo")),
+        *("-n", str(roads.path), "-r", str(demand.build(scenario, roads, seed).path)),
+        *("-a", str(signals.program_file(scenario, scenario.signal, roads))),
+        *("--step-length", f"{evaluation.step:g}", "--end", f"{evaluation.duration:g}"),
+        *("--seed", str(seed), *(part for flag in quiet.items() for part in flag)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("controller", "rate", "limit"), [("traffic-light", None, 1.4), ("virtual-signal", 0.6, 2.0)]
+)
+def test_an_episode_takes_little_longer_than_bare_sumo(
+    benchmark: BenchmarkFixture, controller: str, rate: float | None, limit: float
+) -> None:
+    episode = Episode(shipped(SCENARIO), controller, rate, seed=1)
+    command, environment = bare_sumo(seed=1), sumo_tools.environment()
+    assert run(episode).status == "ok"  # the cache is warm from here on
+    bare: list[float] = []
+
+    def bare_first() -> None:
+        bare.append(seconds(lambda: subprocess.run(command, env=environment, check=True)))
+
+    benchmark.pedantic(run, args=(episode,), setup=bare_first, rounds=ROUNDS)
+    assert benchmark.stats is not None
+    ratio = benchmark.stats.stats.min / min(bare)
+    benchmark.extra_info |= {"bare sumo [s]": min(bare), "ratio": ratio, "limit": limit}
+    print(f"{controller}: {ratio:.2f} times bare sumo ({min(bare):.2f} s)")  # noqa: T201
+    assert ratio <= limit
+
+
+def test_two_workers_are_nearly_twice_as_fast_as_one(benchmark: BenchmarkFixture) -> None:
+    chosen = episodes([shipped(SCENARIO)], ["virtual-signal"], [0.6], range(1, 13))
+    prepare(chosen)
+
+    def suite(workers: int) -> None:
+        assert {one.status for one in run_all(chosen, workers)} == {"ok"}
+
+    alone: list[float] = []
+    benchmark.pedantic(
+        suite, args=(2,), setup=lambda: alone.append(seconds(lambda: suite(1))), rounds=3
+    )
+    assert benchmark.stats is not None
+    ratio = min(alone) / benchmark.stats.stats.min
+    benchmark.extra_info |= {"one worker [s]": min(alone), "ratio": ratio}
+    print(f"two workers: {ratio:.2f} times as fast as one")  # noqa: T201
+    assert ratio >= 1.8
+
+
+def peak_memory(chosen: list[Episode]) -> float:
+    """The most memory that this process had after these episodes [MB].
+
+    From /proc, because getrusage counts what the process that spawned this one had.
+    """
+    assert {run(one).status for one in chosen} == {"ok"}
+    status = Path("/proc/self/status").read_text().splitlines()
+    (peak,) = (line.split()[1] for line in status if line.startswith("VmHWM"))
+    return int(peak) * 1024 / 1e6
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_a_worker_stays_below_400_mb(benchmark: BenchmarkFixture) -> None:
+    chosen = episodes(
+        [shipped(name) for name in PAPER],
+        [name for name in plugins.discovered() if name != "unsignalised"],
+        [0.5],
+        [1],
+    )
+    prepare(chosen)
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(max_workers=1, mp_context=spawn) as pool:
+        peak = benchmark.pedantic(lambda: pool.submit(peak_memory, chosen).result(), rounds=1)
+    benchmark.extra_info["peak memory [MB]"] = peak
+    print(f"peak memory of a worker: {peak:.0f} MB")  # noqa: T201
+    assert peak < 400
+
+
+@pytest.mark.parametrize("argument", ["--help", "list"])
+def test_the_command_answers_at_once(benchmark: BenchmarkFixture, argument: str) -> None:
+    command = [str(COMMAND), argument]
+    benchmark.pedantic(
+        lambda: subprocess.run(command, check=True, capture_output=True), rounds=ROUNDS
+    )
+    assert benchmark.stats is not None
+    print(f"{argument}: {benchmark.stats.stats.min:.2f} s")  # noqa: T201
+    assert benchmark.stats.stats.min < 0.5

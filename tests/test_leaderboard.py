@@ -1,0 +1,401 @@
+"""From records to rows: means, differences to the signal, marks, and nobody left out."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from benchmark import leaderboard
+from benchmark.leaderboard import COLUMNS, MARKS, Row
+from benchmark.record import JunctionMetrics, Record, TripMetrics, Versions, Waiting
+from benchmark.statistics import Estimate, estimates
+
+VERSIONS = Versions(rightofway="0.1.0", sumo="1.28.0", python="3.11.7")
+SIGNAL = "traffic-light"
+JUNCTION: dict[str, Any] = {
+    "average_waiting_time": 20.0,
+    "wang_waiting_time": 10.0,
+    "waiting_time_per_vehicle": None,
+    "throughput": 1000.0,
+    "unregulated_lane_ratio": 0.25,
+    "unregulated_lane_curve": (),
+    "refusals": (),
+}
+JUNCTION |= {key: {} for key in ("waiting_by_kind", "waiting_by_class", "waiting_by_movement")}
+JUNCTION |= dict.fromkeys(["lane_changes", "go_held_back", "refused_commands"], 0)
+TRIPS: dict[str, Any] = {"time_loss": 30.0, "travel_time": 60.0, "insertion_delay": 1.0}
+TRIPS |= dict.fromkeys(["never_inserted", "arrived", "emergency_brakings"], 0)
+TRIPS |= dict.fromkeys(["collisions", "collisions_with_robot"], 0)
+TRIPS |= dict.fromkeys(["co2", "nox", "fuel"])
+
+
+def junction(waiting: float | None = 20.0, **facts: Any) -> JunctionMetrics:
+    return JunctionMetrics(**{**JUNCTION, "average_waiting_time": waiting, **facts})
+
+
+def record(
+    controller: str = "c",
+    seed: int = 1,
+    waiting: float | None = 20.0,
+    rate: float | None = 0.5,
+    junctions: Mapping[str, JunctionMetrics] | None = None,
+    **facts: Any,
+) -> Record:
+    """An episode that is ok; figures by their names, other fields of the record too.
+
+    A controller without a rate is ruled by signals.
+    """
+    figures = {key: facts.pop(key) for key in list(facts) if key in JUNCTION}
+    trips = {**TRIPS, **{key: facts.pop(key) for key in list(facts) if key in TRIPS}}
+    settled: dict[str, Any] = {"scenario": "test/a", "scenario_hash": "a" * 64, "status": "ok"}
+    settled |= {"rules": "robot vehicles", "arbitration": "flexible"}
+    if rate is None:
+        settled |= {"rules": "signals", "arbitration": None}
+    return Record(
+        controller=controller,
+        seed=seed,
+        rate=rate,
+        junctions=junctions or {"intersection": junction(waiting, **figures)},
+        trips=TripMetrics(**trips),
+        versions=VERSIONS,
+        **{**settled, **facts},
+    )
+
+
+def unlucky(controller: str = "c", seed: int = 1, status: str = "failed", **facts: Any) -> Record:
+    """An episode that is not ok; who crashed or timed out says nothing of its rules."""
+    if status in ("crashed", "timed out"):
+        facts |= {"rules": None, "arbitration": None}
+    made = record(controller, seed, status=status, **facts)
+    return made.model_copy(update={"junctions": {}, "trips": None})
+
+
+def only(found: Iterable[Row]) -> Row:
+    (row,) = found
+    return row
+
+
+def keys(found: Iterable[Row]) -> list[tuple[str, float | None, str]]:
+    return [(row.scenario, row.rate, row.controller) for row in found]
+
+
+# --- figures ---------------------------------------------------------------------------------
+
+
+def test_every_figure_is_the_mean_of_its_field() -> None:
+    nested = {"mean": "waiting_time_per_vehicle", "p95": "waiting_time_p95"}
+    nested["maximum"] = "waiting_time_maximum"
+    keys = [column.key for column in COLUMNS]
+    facts: dict[str, Any] = {key: 1 + i for i, key in enumerate(keys) if key not in nested.values()}
+    per_vehicle = Waiting(mean=31, p95=32, maximum=33, vehicles=9)
+    expected = facts | {key: getattr(per_vehicle, field) for field, key in nested.items()}
+    waiting = facts.pop("average_waiting_time")
+    one = record(waiting=waiting, waiting_time_per_vehicle=per_vehicle, **facts)
+    row = only(leaderboard.rows([one]))
+    assert {key: figure.mean for key, figure in row.figures.items()} == expected
+    assert expected.keys() == set(keys)
+
+
+def test_a_figure_counts_the_seeds_that_have_it() -> None:
+    row = only(
+        leaderboard.rows(
+            [record(seed=1, time_loss=10.0), record(seed=2, time_loss=None), unlucky(seed=3)]
+        )
+    )
+    assert (row.figures["time_loss"].mean, row.figures["time_loss"].count) == (10.0, 1)
+    assert (row.figures["throughput"].count, row.other) == (2, {"failed": 1})
+    assert "co2" not in row.figures
+    assert row.headline == row.figures["average_waiting_time"]
+
+
+def test_a_figure_has_the_interval_of_its_values() -> None:
+    waits = [20.0, 30.0, 25.0, 27.0, 22.0, 29.5]
+    row = only(leaderboard.rows([record(seed=s, waiting=w) for s, w in enumerate(waits)]))
+    assert [row.headline] == estimates([waits])
+
+
+def test_no_records_make_no_rows() -> None:
+    assert leaderboard.rows([]) == []
+
+
+# --- rows ------------------------------------------------------------------------------------
+
+
+def test_the_newest_record_of_an_episode_counts() -> None:
+    old, new = record(seed=1, waiting=99.0), record(seed=1, waiting=10.0)
+    row = only(leaderboard.rows([unlucky(seed=1), old, record(seed=2, waiting=20.0), new]))
+    assert row.headline is not None
+    assert (row.headline.mean, row.headline.count, row.other) == (15.0, 2, {})
+    row = only(leaderboard.rows([new, unlucky(seed=1, status="crashed")]))
+    assert (row.headline, row.other) == (None, {"crashed": 1})
+
+
+def test_a_controller_without_a_rate_stands_at_every_rate_of_its_scenario() -> None:
+    found = leaderboard.rows(
+        [
+            *(record(SIGNAL, rate=None, seed=seed, waiting=9.0) for seed in (1, 2)),
+            *(record("c", rate=rate, waiting=30.0) for rate in (0.7, 0.1)),
+            record("alone", rate=None, scenario="test/b"),
+        ]
+    )
+    assert keys(found) == [
+        *(("test/a", 0.1, SIGNAL), ("test/a", 0.1, "c")),
+        *(("test/a", 0.7, SIGNAL), ("test/a", 0.7, "c")),
+        ("test/b", None, "alone"),
+    ]
+    assert found[0].figures == found[2].figures
+    assert [row.difference and row.difference.mean for row in found[:4]] == [None, 21.0, None, 21.0]
+
+
+def test_rows_go_by_scenario_and_rate_with_the_least_waiting_first() -> None:
+    found = leaderboard.rows(
+        [
+            unlucky("broken"),
+            record("slow", waiting=30.0),
+            record("quick", waiting=5.0),
+            record("a tie", waiting=5.0),
+            record("quick", scenario="test/0", waiting=50.0),
+            record("slow", rate=0.1, waiting=90.0),
+        ]
+    )
+    assert keys(found) == [
+        *(("test/0", 0.5, "quick"), ("test/a", 0.1, "slow"), ("test/a", 0.5, "a tie")),
+        *(("test/a", 0.5, "quick"), ("test/a", 0.5, "slow"), ("test/a", 0.5, "broken")),
+    ]
+
+
+@pytest.mark.parametrize("status", ["failed", "crashed", "timed out", "skipped"])
+def test_episodes_that_are_not_ok_are_counted_and_keep_their_row(status: str) -> None:
+    bad = [unlucky(seed=seed, status=status) for seed in (1, 2)]
+    good = [record(seed=seed, waiting=10.0) for seed in (3, 4, 5)]
+    row = only(leaderboard.rows(bad))
+    assert (row.headline, row.figures, row.other) == (None, {}, {status: 2})
+    row = only(leaderboard.rows([*bad, *good]))
+    assert row.headline is not None
+    assert (row.headline.count, row.other) == (3, {status: 2})
+
+
+def test_each_way_to_fail_is_counted_apart() -> None:
+    ways = ["failed", "crashed", "failed", "timed out", "skipped"]
+    records = [unlucky(seed=seed, status=status) for seed, status in enumerate(ways)]
+    row = only(leaderboard.rows(records))
+    assert row.other == {"failed": 2, "crashed": 1, "timed out": 1, "skipped": 1}
+
+
+@pytest.mark.parametrize(
+    ("records", "rules"),
+    [
+        ([record(rate=None)], "lights"),
+        ([record()], "flexible"),
+        ([record(arbitration="own")], "own"),
+        ([unlucky(arbitration="own")], "own"),
+        ([unlucky(status="crashed")], "?"),
+        ([record(seed=1), unlucky(seed=2, status="crashed")], "flexible"),
+        ([unlucky(seed=1, status="timed out"), record(seed=2)], "flexible"),
+        ([record(seed=1, rate=None), unlucky(seed=2, rate=None, status="crashed")], "lights"),
+    ],
+)
+def test_a_row_says_what_rules_as_far_as_any_record_knows(
+    records: list[Record], rules: str
+) -> None:
+    assert only(leaderboard.rows(records)).rules == rules
+
+
+def test_two_scenarios_of_one_name_do_not_mix() -> None:
+    old, new = "0" * 64, "1" * 64
+    found = leaderboard.rows(
+        [
+            record(SIGNAL, rate=None, waiting=50.0, scenario_hash=old),
+            record(rate=0.1, waiting=40.0, scenario_hash=old),
+            record(waiting=30.0, scenario_hash=new),
+            record(seed=2, waiting=10.0, scenario_hash=new),
+            record(scenario="test/b"),
+        ]
+    )
+    assert [(row.scenario, row.scenario_hash, row.rate, row.controller) for row in found] == [
+        ("test/a (00000000)", old, 0.1, "c"),
+        ("test/a (00000000)", old, 0.1, SIGNAL),
+        ("test/a (11111111)", new, 0.5, "c"),
+        ("test/b", "a" * 64, 0.5, "c"),
+    ]
+    first, _, second, _ = found
+    assert (first.difference and first.difference.mean, second.difference) == (-10.0, None)
+    assert second.headline is not None
+    assert (second.headline.mean, second.headline.count) == (20.0, 2)
+
+
+# --- several junctions -----------------------------------------------------------------------
+
+
+def test_several_junctions_of_a_record_are_several_rows() -> None:
+    def pair(controller: str, north: float, south: float, rate: float | None) -> Record:
+        both = {"N": junction(north), "S": junction(south)}
+        return record(controller, junctions=both, rate=rate)
+
+    found = leaderboard.rows([pair("c", 10.0, 40.0, 0.5), pair(SIGNAL, 20.0, 30.0, None)])
+    assert keys(found) == [
+        *(("test/a N", 0.5, "c"), ("test/a N", 0.5, SIGNAL)),
+        *(("test/a S", 0.5, SIGNAL), ("test/a S", 0.5, "c")),
+    ]
+    assert [row.headline and row.headline.mean for row in found] == [10.0, 20.0, 30.0, 40.0]
+    assert [row.difference and row.difference.mean for row in found] == [-10.0, None, None, 10.0]
+
+
+def test_a_controller_that_always_fails_stands_at_each_junction() -> None:
+    both = {"N": junction(10.0), "S": junction(40.0)}
+    found = leaderboard.rows([record(junctions=both), unlucky("broken")])
+    assert keys(found) == [
+        *(("test/a N", 0.5, "c"), ("test/a N", 0.5, "broken")),
+        *(("test/a S", 0.5, "c"), ("test/a S", 0.5, "broken")),
+    ]
+    assert [row.other for row in found] == [{}, {"failed": 1}] * 2
+
+
+# --- differences -----------------------------------------------------------------------------
+
+
+def test_a_difference_is_paired_over_the_seeds_that_both_have() -> None:
+    signal, own = {1: 20.0, 2: 50.0, 3: 30.0, 4: 99.0}, {3: 24.0, 2: 45.0, 1: 19.0, 7: 1.0}
+    found = leaderboard.rows(
+        [
+            *(record(SIGNAL, seed, waiting, rate=None) for seed, waiting in signal.items()),
+            *(record("c", seed, waiting) for seed, waiting in own.items()),
+            unlucky("c", 4),
+        ]
+    )
+    difference = {row.controller: row.difference for row in found}
+    assert difference == {SIGNAL: None, "c": estimates([[-1.0, -5.0, -6.0]])[0]}
+    assert difference["c"] is not None
+    assert (difference["c"].mean, difference["c"].count) == (-4.0, 3)
+
+
+@pytest.mark.parametrize(
+    "signals",
+    [
+        [],
+        [record("traffic-light-actuated", rate=None)],
+        [record(SIGNAL, seed=2, rate=None)],
+        [unlucky(SIGNAL, rate=None)],
+        [record(SIGNAL, rate=None, scenario="test/b")],
+        [record(SIGNAL, rate=None, scenario_hash="b" * 64)],
+        [record(SIGNAL, rate=0.6)],
+        [record(SIGNAL, rate=None, waiting=None)],
+    ],
+)
+def test_without_a_signal_on_the_same_seed_there_is_no_difference(signals: list[Record]) -> None:
+    found = leaderboard.rows([record(seed=1), *signals])
+    row = only(row for row in found if row.controller == "c" and row.scenario_hash[0] == "a")
+    assert row.difference is None
+
+
+WAITS = st.dictionaries(st.integers(1, 9), st.one_of(st.none(), st.floats(0, 99)))
+
+
+@settings(max_examples=30)
+@given(own=WAITS, signal=WAITS)
+def test_rows_agree_with_counting_seed_by_seed(
+    own: dict[int, float | None], signal: dict[int, float | None]
+) -> None:
+    """None stands for an episode that failed."""
+
+    def made(controller: str, waits: dict[int, float | None], rate: float | None) -> list[Record]:
+        return [
+            unlucky(controller, s, rate=rate) if w is None else record(controller, s, w, rate)
+            for s, w in waits.items()
+        ]
+
+    found = {
+        row.controller: row
+        for row in leaderboard.rows([*made("c", own, 0.5), *made(SIGNAL, signal, None)])
+    }
+    assert found.keys() == {name for name, waits in (("c", own), (SIGNAL, signal)) if waits}
+    if own:
+        row = found["c"]
+        good = [w for w in own.values() if w is not None]
+        pairs = [
+            w - other
+            for s, w in own.items()
+            if w is not None and (other := signal.get(s)) is not None
+        ]
+        assert (row.headline.count if row.headline else 0) == len(good)
+        assert row.other.get("failed", 0) == len(own) - len(good)
+        assert (row.difference.count if row.difference else 0) == len(pairs)
+        if row.headline:
+            assert row.headline.mean == pytest.approx(sum(good) / len(good))
+        if row.difference:
+            assert row.difference.mean == pytest.approx(sum(pairs) / len(pairs), abs=1e-9)
+
+
+# --- marks -----------------------------------------------------------------------------------
+
+SUSPECT: dict[str, dict[str, Any]] = {  # the signal has 30 s, 1 s, 1000 veh/h and none
+    "creeps": {"time_loss": 33.1},
+    "keeps out": {"insertion_delay": 6.1},
+    "blocks": {"throughput": 899.0},
+    "crashes": {"collisions": 1},
+}
+INNOCENT: dict[str, dict[str, Any]] = {
+    "creeps": {"time_loss": 33.0},
+    "keeps out": {"insertion_delay": 6.0},
+    "blocks": {"throughput": 900.0},
+    "crashes": {"collisions": 0},
+}
+ALL = {key: value for facts in SUSPECT.values() for key, value in facts.items()}
+
+
+def marks(waiting: float | None, *signals: Record, **facts: Any) -> tuple[str, ...]:
+    """Of a controller beside these signals; the first of them if none are given."""
+    beside = signals or (record(SIGNAL, rate=None, waiting=20.0),)
+    found = leaderboard.rows([record("c", waiting=waiting, **facts), *beside])
+    return only(row for row in found if row.controller == "c").marks
+
+
+def test_each_mark_has_an_example_and_a_meaning() -> None:
+    assert SUSPECT.keys() == INNOCENT.keys() == MARKS.keys()
+
+
+@pytest.mark.parametrize("mark", MARKS)
+def test_waiting_that_is_low_for_the_wrong_reason_is_marked(mark: str) -> None:
+    assert marks(19.9, **SUSPECT[mark]) == (mark,)
+    assert marks(19.9, **INNOCENT[mark]) == ()
+
+
+@pytest.mark.parametrize("waiting", [20.0, 20.1, None])
+def test_waiting_that_is_not_below_the_signals_is_not_marked(waiting: float | None) -> None:
+    assert marks(waiting, **ALL) == ()
+
+
+def test_a_row_may_have_all_marks() -> None:
+    assert marks(19.9, **ALL) == tuple(MARKS)
+
+
+def test_marks_compare_with_the_signals_own_figures() -> None:
+    light = record(SIGNAL, rate=None, time_loss=40.0, insertion_delay=9.0, collisions=1)
+    assert marks(19.9, light, **ALL) == ("blocks",)
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        record("unsignalised", rate=None, waiting=50.0),
+        unlucky(SIGNAL, rate=None),
+        record(SIGNAL, rate=None, scenario="test/b"),
+        record(SIGNAL, rate=None, waiting=None),
+    ],
+)
+def test_without_a_signal_nothing_is_marked(signal: Record) -> None:
+    assert marks(1.0, signal, **ALL) == ()
+
+
+def test_the_signal_itself_is_not_marked() -> None:
+    assert only(leaderboard.rows([record(SIGNAL, rate=None, **ALL)])).marks == ()
+
+
+def test_a_figure_that_is_missing_is_no_reason_for_a_mark() -> None:
+    assert marks(19.9, time_loss=None, insertion_delay=None) == ()
+    figures = {"average_waiting_time": Estimate(1.0, None, None, 1)}
+    light = {"average_waiting_time": Estimate(2.0, None, None, 1)}
+    light |= {"throughput": Estimate(900.0, None, None, 1)}
+    assert leaderboard.marks(figures, light) == ()
