@@ -103,18 +103,17 @@ class Store:
         whole, newline, torn = _bytes(path).rpartition(b"\n")
         if not torn:
             return
-        if _is_whole(torn):  # it only lacks its newline, which an editor may have stripped
-            with path.open("ab") as file:
-                file.write(b"\n")
-            return
+        whole_record = _is_whole(torn)  # it only lacks its newline, which an editor may strip
         try:
+            if whole_record:
+                with path.open("ab") as file:
+                    file.write(b"\n")
+                return
             with path.with_suffix(".jsonl.torn").open("ab") as aside:
                 aside.write(torn + b"\n")
             os.truncate(path, len(whole) + len(newline))
         except OSError as error:
-            raise StoreError(
-                f"{path}: cannot set a half-written last line aside: {error.strerror}"
-            ) from error
+            raise StoreError(f"{path}: cannot mend the last line: {error.strerror}") from error
         self._notice(f"{path}: a half-written last line was set aside in {path.name}.torn")
 
 
