@@ -7,7 +7,7 @@ from benchmark.errors import ScenarioError
 from benchmark.scenario import Scenario, load
 from benchmark.validation import nearest
 
-LONGEST_NAME = 255  # of a file
+LONGEST_NAME = 255  # of a file or folder
 
 
 def shipped_folder() -> Path:
@@ -40,7 +40,7 @@ def find(references: Iterable[str]) -> list[Scenario]:
 
 def _resolve(reference: str) -> list[Path]:
     path, known = Path(reference), shipped()
-    if len(path.name) > LONGEST_NAME:
+    if any(len(part) > LONGEST_NAME for part in path.parts):
         raise ScenarioError(f'unknown scenario "{reference[:40]}...": no file has such a long name')
     if path.is_file() or path.suffix == ".toml":
         return [path]  # a missing file is reported where it is read

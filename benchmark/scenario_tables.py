@@ -43,6 +43,10 @@ class Evaluation(Table):
     def _window_exists(self) -> Self:
         if self.warm_up >= self.duration:
             raise ValueError(f"warm_up ({self.warm_up:g} s) must end before duration")
+        if self.warm_up >= (last := round(self.duration / self.step) * self.step):
+            raise ValueError(
+                f"warm_up ({self.warm_up:g} s) must end before the last step ({last:g} s)"
+            )
         return self
 
 
