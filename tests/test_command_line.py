@@ -5,8 +5,10 @@ import io
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
+import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -344,6 +346,30 @@ def test_a_controller_that_raises_costs_only_its_episodes_and_ends_in_exit_code_
     assert "[what] to do" in done.stderr
     assert "crashes: 1 crashed, such as smoke/tee" in done.stderr
     assert "virtual-signal" in done.stdout
+
+
+def test_ctrl_c_keeps_the_records_so_far_and_ends_in_exit_code_130(
+    tmp_path: Path, hostile: Path
+) -> None:
+    chosen = ("--controller", "virtual-signal", "--controller", "hangs", "--seeds", "1")
+    path = os.pathsep.join([str(hostile), os.environ.get("PYTHONPATH", "")])
+    running = subprocess.Popen(
+        [COMMAND, "run", "smoke/tee", *chosen, "--out", str(tmp_path)],
+        env=os.environ | {"PYTHONPATH": path},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 30
+    while not records(tmp_path) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    os.killpg(running.pid, signal.SIGINT)  # as a terminal does, to the workers too
+    _, words = running.communicate(timeout=30)
+    assert running.returncode == 130
+    assert "stopped; 1 of 2 records are in" in words
+    assert "Traceback" not in words
+    assert [one["status"] for one in records(tmp_path)] == ["ok"]
 
 
 def test_refused_commands_are_reported_and_are_no_failure(command: Command, hostile: Path) -> None:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator
 from itertools import product
+from pathlib import Path
 
 import psutil
 import pytest
@@ -87,7 +88,10 @@ def test_a_plugin_that_cannot_be_loaded_is_refused_by_name(name: str, reason: st
 # --- worker processes -------------------------------------------------------------------------
 
 
-def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_complete() -> None:
+def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_complete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     good = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(len(DOOMED))]
     bad = [Episode(smoke("crossing"), name, 0.5, 1) for name in DOOMED]
     chosen = [one for pair in zip(bad, good, strict=True) for one in pair]
@@ -100,6 +104,7 @@ def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_c
         assert (record.status, record.rate) == (status, 0.5)
         assert reason in (record.reason or "")
         assert (record.trips is not None) == (status == "ok")
+    assert not list(tmp_path.iterdir())  # those who died and hung left no files either
 
 
 def test_commands_to_humans_are_counted_and_change_nothing() -> None:
