@@ -92,7 +92,7 @@ def unit_draw(purpose: str, seed: int, vehicle: str) -> float:
 
 
 def is_robot(seed: int, vehicle: str, rate: float) -> bool:
-    """Whether a vehicle is an RV; a higher rate only adds RVs (DESIGN: identical conditions)."""
+    """Whether a vehicle is an RV; a higher rate only adds RVs."""
     return unit_draw("robot", seed, vehicle) < rate
 
 
