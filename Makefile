@@ -32,10 +32,10 @@ test: lint
 bench: .venv/installed-dev
 	$(BIN)/pytest tests/benchmarks --benchmark-enable --benchmark-only -p no:xdist
 
-# The committed evidence: all shipped scenarios of the paper, all controllers, ten seeds.
+# The committed evidence: all shipped scenarios of the paper, all controllers, twenty seeds.
 results: .venv/installed
 	rm -f results/records/*.jsonl
-	$(BIN)/rightofway run colorado-springs --seeds 10 --out results \
+	$(BIN)/rightofway run colorado-springs --seeds 20 --out results \
 	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
 
 clean:

@@ -63,7 +63,7 @@ class Scenario(Table):
 
     @property
     def hash(self) -> str:
-        """SHA-256 of what determines an episode; prose, rates and seeds are left out."""
+        """SHA-256 of what determines an episode; prose, place, rates and seeds are left out."""
         meaning = self.model_dump(
             mode="json",
             exclude={
@@ -71,6 +71,8 @@ class Scenario(Table):
                 "tags": True,
                 "sources": True,
                 "evaluation": {"penetration_rates", "seeds"},
+                "intersection": {"latitude", "longitude"},
+                "signal": {"maximum_gap"} if self.signal and self.signal.kind == "fixed" else set(),
             },
         )
         for name, approach in self.approaches.items():

@@ -212,24 +212,25 @@ class Demand(Table):
         return counts
 
 
-class Idm(Table):
+class CarFollowing(Table):
+    """What all car-following models share."""
+
+    acceleration: PositiveFloat = Field(2.6, le=10, description="[m/s2]")
+    deceleration: PositiveFloat = Field(4.5, le=15, description="[m/s2]")
+    headway: PositiveFloat = Field(1.0, le=10, description="Desired time headway [s].")
+    minimum_gap: PositiveFloat = Field(2.5, le=20, description="Gap at standstill [m].")
+
+
+class Idm(CarFollowing):
     """The Intelligent Driver Model, which the paper's HVs follow."""
 
     model: Literal["IDM"]
-    acceleration: PositiveFloat = Field(2.6, le=10, description="[m/s2]")
-    deceleration: PositiveFloat = Field(4.5, le=15, description="[m/s2]")
-    headway: PositiveFloat = Field(1.0, le=10, description="Desired time headway [s].")
-    minimum_gap: PositiveFloat = Field(2.5, le=20, description="Gap at standstill [m].")
 
 
-class Krauss(Table):
+class Krauss(CarFollowing):
     """SUMO's default car-following model, with imperfect drivers."""
 
     model: Literal["Krauss"]
-    acceleration: PositiveFloat = Field(2.6, le=10, description="[m/s2]")
-    deceleration: PositiveFloat = Field(4.5, le=15, description="[m/s2]")
-    headway: PositiveFloat = Field(1.0, le=10, description="Desired time headway [s].")
-    minimum_gap: PositiveFloat = Field(2.5, le=20, description="Gap at standstill [m].")
     imperfection: Share = Field(0.5, description="0 is a perfect driver.")
 
 
