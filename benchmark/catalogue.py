@@ -8,6 +8,7 @@ from benchmark.scenario import Scenario, load
 from benchmark.validation import nearest
 
 LONGEST_NAME = 255  # of a file or folder
+LARGEST_DEMAND = 100_000  # veh/h behind an @
 
 
 def shipped_folder() -> Path:
@@ -26,16 +27,37 @@ def find(references: Iterable[str]) -> list[Scenario]:
 
     Args:
         references: each a file, a folder of files, a shipped name (``colorado-springs/229`` or
-            just ``229``) or a shipped folder's name (``colorado-springs``).
+            just ``229``) or a shipped folder's name (``colorado-springs``); any of these with
+            ``@700`` behind it has its turning counts scaled to 700 veh/h in total.
 
     Raises:
         ScenarioError: a reference leads nowhere, or a file is not a valid scenario.
     """
-    paths: dict[Path, Path] = {}
+    found: dict[tuple[Path, float | None], Path] = {}
     for reference in references:
-        for path in _resolve(reference):
-            paths.setdefault(path.resolve(), path)
-    return [load(path) for path in paths.values()]
+        place, demand = _split(reference)
+        for path in _resolve(place):
+            found.setdefault((path.resolve(), demand), path)
+    return [
+        load(path) if demand is None else load(path).at_demand(demand)
+        for (_, demand), path in found.items()
+    ]
+
+
+def _split(reference: str) -> tuple[str, float | None]:
+    """A reference and the total demand behind its @ [veh/h], if it has one."""
+    place, at, total = reference.rpartition("@")
+    if not at or Path(reference).exists():
+        return reference, None
+    try:
+        demand = float(total)
+    except ValueError:
+        demand = 0.0
+    if not 0 < demand <= LARGEST_DEMAND:
+        raise ScenarioError(
+            f'scenario "{reference}": expected vehicles per hour behind the @, as in "{place}@700"'
+        )
+    return place, demand
 
 
 def _resolve(reference: str) -> list[Path]:

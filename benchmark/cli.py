@@ -11,6 +11,7 @@ import typer
 
 from benchmark import __version__
 from benchmark.errors import RightOfWayError, UsageError
+from benchmark.learning import command
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -368,6 +369,26 @@ def leaderboard_(
 
 
 @app.command()
+def capacity(
+    records: Annotated[
+        Path, typer.Option("--records", help="Results folder, or its records folder.")
+    ] = Path("out"),
+) -> None:
+    """Show at which demand intersections jam, from runs of scenarios such as 334@700."""
+    from benchmark import capacity
+    from benchmark.store import Store
+
+    folder = records.parent if records.name == "records" else records
+    found = capacity.curves(Store(folder, notice=_notice).read())
+    if not found:
+        raise UsageError(
+            f"{folder}: no records of scenarios at demands of their own; "
+            "make some with `rightofway run 334@500 334@700 334@900`"
+        )
+    typer.echo(capacity.markdown(found), nl=False)
+
+
+@app.command()
 def watch(
     scenario: OneScenario,
     controller: Annotated[str, typer.Option(help="Name of an installed controller.")],
@@ -386,6 +407,9 @@ def watch(
     typer.echo(f"{record.status}{f': {record.reason}' if record.reason else ''}")
     if record.status not in ("ok", "skipped"):
         raise typer.Exit(1)
+
+
+app.command()(command.train)
 
 
 @app.command()

@@ -58,6 +58,8 @@ class Guard:
     def _new(self) -> Controller:
         try:
             return self.kind()
+        except RightOfWayError:
+            raise
         except FAULTS as error:
             raise ControllerFailedError("construction", error) from error
 

@@ -1,13 +1,16 @@
-"""How controllers are found: the entry-point group ``rightofway.controllers``."""
+"""How controllers and their trainers are found: two groups of entry points."""
 
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from typing import Any
 
 from benchmark.controller import Controller
 from benchmark.errors import ControllerError
 from benchmark.validation import nearest
 
 GROUP = "rightofway.controllers"
+TRAINERS = "rightofway.trainers"
 CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
 
 
@@ -43,6 +46,25 @@ def load(name: str) -> type[Controller]:
                 f'expected "{choices[0]}" or "{choices[1]}"'
             )
     return found
+
+
+def load_trainer(name: str) -> Callable[[Any], None]:
+    """What trains a controller: a function of ``benchmark.learning.run.Options``.
+
+    Raises:
+        ControllerError: there is none of that name, or what it needs is not installed.
+    """
+    known = {entry.name: entry for entry in entry_points(group=TRAINERS)}
+    if (entry := known.get(name)) is None:
+        raise ControllerError(f'nothing trains "{name}"{nearest(name, sorted(known))}')
+    try:
+        trainer: Callable[[Any], None] = entry.load()
+    except ModuleNotFoundError as error:
+        raise ControllerError(
+            f'training "{name}" needs {error.name}, which is not installed; '
+            "pip install 'rightofway[train]'"
+        ) from error
+    return trainer
 
 
 def description(controller: type[Controller]) -> str:

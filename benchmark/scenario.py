@@ -95,6 +95,32 @@ class Scenario(Table):
         """The turns that some lane of the approach serves."""
         return set("".join(getattr(self.approaches, approach).lane_turns))
 
+    def with_demand(self, factor: float) -> "Scenario":
+        """The same scenario with every turning count multiplied."""
+        if factor == 1:
+            return self
+        demand = tuple(period.scaled(factor) for period in self.demand)
+        return self.model_copy(update={"demand": demand})
+
+    @property
+    def peak_demand(self) -> float:
+        """All turning counts of the busiest period together [veh/h]."""
+        return max(period.total for period in self.demand)
+
+    def at_demand(self, total: float) -> "Scenario":
+        """The same scenario with its counts scaled to a total in the busiest period [veh/h].
+
+        Its name says so, as in ``colorado-springs/334@700``.
+        """
+        scaled = self.with_demand(total / self.peak_demand)
+        copy = scaled.model_copy()
+        copy._name = f"{self.name}@{total:g}"
+        return copy
+
+    def with_evaluation(self, evaluation: Evaluation) -> "Scenario":
+        """The same scenario, evaluated otherwise."""
+        return self.model_copy(update={"evaluation": evaluation})
+
     @field_validator("demand")
     @classmethod
     def _periods_in_order(cls, periods: tuple[Demand, ...]) -> tuple[Demand, ...]:

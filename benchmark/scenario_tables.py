@@ -211,6 +211,19 @@ class Demand(Table):
         counts: TurnCounts = getattr(self, approach)
         return counts
 
+    @property
+    def total(self) -> float:
+        """All counts together [veh/h]."""
+        return sum(self.counts(name).total for name in COMPASS)
+
+    def scaled(self, factor: float) -> Self:
+        """The same period with every count multiplied."""
+        counts = {
+            name: TurnCounts(**{turn: count * factor for turn, count in self.counts(name)})
+            for name in COMPASS
+        }
+        return self.model_copy(update=counts)
+
 
 class CarFollowing(Table):
     """What all car-following models share."""

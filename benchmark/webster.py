@@ -51,10 +51,7 @@ def _capacity(vehicle: VehicleClass, free: float) -> float:
 
 def peak(scenario: Scenario) -> Demand:
     """The period with the greatest counts."""
-    return max(
-        scenario.demand,
-        key=lambda period: sum(period.counts(name).total for name in scenario.approaches.names()),
-    )
+    return max(scenario.demand, key=lambda period: period.total)
 
 
 @dataclass(frozen=True)

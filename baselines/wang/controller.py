@@ -1,0 +1,62 @@
+"""Wang et al.'s learned Go/Stop controllers, with the weights that ship."""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import ClassVar
+
+from baselines.wang.policy import HIDDEN, Greedy, shapes
+from benchmark.controller import Command, Controller, Go, Stop
+from benchmark.intersection import Intersection
+from benchmark.learning.observation import Layout, Observer
+from benchmark.learning.weights import Weights, load
+from benchmark.state import TrafficState
+
+SHIPPED = Path(__file__).parent / "weights"
+
+
+class Wang(Controller):
+    """Wang et al.'s learned Go/Stop policy, shared by all RVs, as published.
+
+    Args:
+        weights: a file as ``rightofway train`` writes it; default: what ships.
+
+    Raises:
+        ControllerError: the weights are missing, damaged or of another network.
+    """
+
+    NAME: ClassVar[str] = "wang"
+    LAYOUT: ClassVar[Layout] = "paper"
+    ATOMS: ClassVar[int] = 51
+
+    def __init__(self, weights: Path | None = None) -> None:
+        self._weights = _read(
+            weights or SHIPPED / f"{self.NAME}.safetensors", self.LAYOUT, self.ATOMS
+        )
+        self.weights_hash = self._weights.hash
+        self._policy = Greedy(self._weights.arrays)
+
+    def reset(self, intersection: Intersection, seed: int) -> None:
+        """Look at another intersection; the policy itself remembers nothing."""
+        self._observer = Observer(intersection, self.LAYOUT)
+
+    def act(self, state: TrafficState) -> Mapping[str, Command]:
+        """Go or Stop for every RV that decides, in one forward pass."""
+        egos = state.deciding
+        if not egos:
+            return {}
+        actions = self._policy(self._observer.observe(state, egos))
+        return {ego.id: Go() if go else Stop() for ego, go in zip(egos, actions, strict=True)}
+
+
+class WangTuned(Wang):
+    """Wang's method with reward and observation chosen by ablation."""
+
+    NAME = "wang-tuned"
+    LAYOUT = "extended"
+
+
+@cache
+def _read(path: Path, layout: Layout, atoms: int) -> Weights:
+    remedy = "reinstall rightofway, or train with `rightofway train`"
+    return load(path, shapes(layout, HIDDEN, atoms), remedy)

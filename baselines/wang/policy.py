@@ -1,0 +1,87 @@
+"""Wang's network in numpy: what decides in episodes, without torch or the training extras."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from threadpoolctl import threadpool_limits
+
+from benchmark.learning.observation import Layout, Numbers, size
+from benchmark.learning.rollout import Actions
+
+HIDDEN = (512, 512, 512)  # widths of the hidden layers (Wang et al.)
+ACTIONS = 2  # Stop, Go
+
+
+def shapes(layout: Layout, hidden: tuple[int, ...], atoms: int) -> dict[str, tuple[int, ...]]:
+    """The arrays of a network by name, with their shapes: weights are (outputs, inputs)."""
+    widths = [size(layout), *hidden]
+    found: dict[str, tuple[int, ...]] = {}
+    for index, (inputs, outputs) in enumerate(pairwise(widths)):
+        found |= {f"trunk.{index}.weight": (outputs, inputs), f"trunk.{index}.bias": (outputs,)}
+    for head, outputs in (("value", atoms), ("advantage", ACTIONS * atoms)):
+        found |= {f"{head}.weight": (outputs, widths[-1]), f"{head}.bias": (outputs,)}
+    return found if atoms == 1 else {**found, "support": (atoms,)}
+
+
+class Greedy:
+    """Takes the action of highest value for each row; one forward pass for all.
+
+    Args:
+        arrays: the network's, by the names of ``shapes``.
+    """
+
+    def __init__(self, arrays: Mapping[str, Numbers]) -> None:
+        self._arrays = {name: np.ascontiguousarray(one) for name, one in arrays.items()}
+
+    def __getstate__(self) -> dict[str, object]:
+        return {"_arrays": self._arrays}
+
+    @cached_property
+    def _layers(self) -> list[tuple[Numbers, Numbers]]:
+        threadpool_limits(1)  # small products: threads cost time, and other bits with other counts
+        trunk = sum(name.startswith("trunk") for name in self._arrays) // 2
+        return [self._layer(f"trunk.{index}") for index in range(trunk)]
+
+    def _layer(self, name: str) -> tuple[Numbers, Numbers]:
+        return self._arrays[f"{name}.weight"].T, self._arrays[f"{name}.bias"]
+
+    @cached_property
+    def _head(self) -> tuple[Numbers, Numbers]:
+        """Both heads as one layer that yields values of (rows, ACTIONS * atoms)."""
+        value, advantage = self._layer("value"), self._layer("advantage")
+        atoms = value[1].size
+        joined = []
+        for one, other in zip(value, advantage, strict=True):
+            parts = other.reshape(*other.shape[:-1], ACTIONS, atoms)
+            centred = parts - parts.mean(axis=-2, keepdims=True) + one[..., None, :]
+            joined.append(np.ascontiguousarray(centred.reshape(other.shape)))
+        return joined[0], joined[1]
+
+    def values(self, observations: Numbers) -> Numbers:
+        """Expected returns.
+
+        Args:
+            observations: (rows, size of the observation).
+
+        Returns:
+            (rows, 2): of Stop and of Go.
+        """
+        found = observations
+        for weight, bias in self._layers:
+            found = np.maximum(found @ weight + bias, 0.0)
+        weight, bias = self._head
+        found = found @ weight + bias
+        if (support := self._arrays.get("support")) is None:
+            return found
+        logits = found.reshape(len(found), ACTIONS, -1)
+        chances = np.exp(logits - logits.max(axis=-1, keepdims=True))
+        expected: Numbers = (chances @ support) / chances.sum(axis=-1)
+        return expected
+
+    def __call__(self, observations: Numbers) -> Actions:
+        """The better action for each row."""
+        chosen: npt.NDArray[np.int64] = self.values(observations).argmax(axis=1)
+        return chosen

@@ -1,0 +1,294 @@
+"""A training run as its command sees it: options, settings, a folder with all that it leaves."""
+
+import hashlib
+import json
+import os
+import platform
+import signal
+import sys
+import time
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import FrameType
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+import benchmark
+from benchmark.errors import UsageError
+from benchmark.learning.observation import Layout
+from benchmark.learning.rollout import Rollout
+from benchmark.learning.traffic import Reward
+from benchmark.scenario import Scenario
+from benchmark.validation import explain
+
+FIRST_TRAINING_SEED = 10_000
+"""Traffic seeds: 1 to 1000 are for evaluation, 1001 to 1999 for validation, from here training."""
+
+VALIDATION_SEEDS = range(1001, 2000)
+
+PACKAGES = ("eclipse-sumo", "numpy", "torch", "stable-baselines3", "gymnasium", "safetensors")
+
+Settings = TypeVar("Settings", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command ``rightofway train`` was told."""
+
+    out: Path
+    scenarios: Sequence[str] | None = None  # references; None takes the settings'
+    rates: Sequence[float] | None = None
+    steps: int | None = None  # decisions of vehicles
+    seed: int = 1
+    workers: int = 1
+    resume: bool = False
+    changes: Sequence[str] = ()  # of settings, as in "reward.penalty=0.3"
+    notify: Callable[[str], None] = print
+
+
+Trainer = Callable[[Options], None]
+"""What the entry-point group ``rightofway.trainers`` holds."""
+
+
+class Table(BaseModel):
+    """A table of settings: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TrainingTraffic(Table):
+    """The episodes that are learnt from."""
+
+    scenarios: tuple[str, ...] = Field(description="shipped names, files or folders", min_length=1)
+    rates: tuple[float, ...] = Field(description="one is drawn for each episode", min_length=1)
+    demand: tuple[float, ...] = Field((1.0,), description="factors on the counts, one is drawn")
+    duration: float = Field(600.0, gt=0, description="[s]")
+    seeds: int = Field(200, gt=0, description="how many different demands are drawn from")
+    episodes: int = Field(4, gt=0, description="episodes of a round, the scenarios by turns")
+    gridlock_after: float = Field(90.0, gt=0, description="[s] ends an episode early")
+
+
+class Validation(Table):
+    """The episodes that tell how good a policy is; never those of evaluation."""
+
+    seeds: int = Field(2, gt=0, le=len(VALIDATION_SEEDS), description="from 1001 up")
+    rates: tuple[float, ...] = (0.4, 0.7, 1.0)
+    rounds: int = Field(10, gt=0, description="rounds between two validations")
+    gridlock: float = Field(300.0, description="[s] what a gridlocked episode counts as waiting")
+
+
+def read_settings(
+    kind: type[Settings], path: Path, options: Options, changes: Mapping[str, Any] | None = None
+) -> Settings:
+    """Settings from a TOML file, with the command's changes.
+
+    Args:
+        kind: the model.
+        path: the file.
+        options: of the command; ``changes`` of it are ``table.key=value`` with a TOML value.
+        changes: further ones, by the same paths.
+
+    Raises:
+        UsageError: a change or the file makes no sense; the message names key and value.
+    """
+    document = tomllib.loads(path.read_text(encoding="utf-8"))
+    for change in options.changes:
+        place, equals, text = change.partition("=")
+        try:
+            value = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError as error:
+            raise UsageError(f'--set "{change}": expected table.key=value, as TOML') from error
+        if not equals:
+            raise UsageError(f'--set "{change}": expected table.key=value')
+        _put(document, place.strip(), value)
+    for place, value in (changes or {}).items():
+        if value is not None:
+            _put(document, place, value)
+    try:
+        return kind.model_validate(document)
+    except ValidationError as error:
+        raise UsageError(explain(error, kind, path.name)) from error
+
+
+def _put(document: dict[str, Any], place: str, value: object) -> None:
+    *tables, key = place.split(".")
+    for table in tables:
+        document = document.setdefault(table, {})
+        if not isinstance(document, dict):
+            raise UsageError(f'--set "{place}": "{table}" is not a table')
+    document[key] = value
+
+
+def training_rollouts(
+    traffic: TrainingTraffic,
+    scenarios: Sequence[Scenario],
+    random: Any,
+    **others: Any,
+) -> list[Rollout]:
+    """A round's episodes: the scenarios by turns, rate, demand and seed drawn for each.
+
+    Args:
+        traffic: the settings.
+        scenarios: as they are; their duration and demand are replaced.
+        random: a numpy generator.
+        others: further fields of each rollout.
+    """
+    found = []
+    for index in range(traffic.episodes):
+        scenario = scenarios[index % len(scenarios)]
+        evaluation = scenario.evaluation.model_copy(
+            update={"duration": traffic.duration, "warm_up": 0.0}
+        )
+        scenario = scenario.with_demand(float(random.choice(traffic.demand)))
+        found.append(
+            Rollout(
+                scenario.with_evaluation(evaluation),
+                rate=float(random.choice(traffic.rates)),
+                seed=FIRST_TRAINING_SEED + int(random.integers(traffic.seeds)),
+                gridlock_after=traffic.gridlock_after,
+                **others,
+            )
+        )
+    return found
+
+
+def validation_rollouts(
+    validation: Validation, scenarios: Sequence[Scenario], layout: Layout, reward: Reward
+) -> list[Rollout]:
+    """The episodes of a validation: no exploration, each scenario at full length."""
+    return [
+        Rollout(scenario, rate, seed, layout, reward)
+        for scenario in scenarios
+        for rate in validation.rates
+        for seed in VALIDATION_SEEDS[: validation.seeds]
+    ]
+
+
+class Folder:
+    """Where a run keeps what it leaves: manifest, checkpoint, logs, weights.
+
+    Args:
+        options: ``out`` is the folder.
+        settings: all of the run's settings.
+
+    Raises:
+        UsageError: there is a run already and ``resume`` was not asked for, or the other way
+            round, or the run there has other settings.
+    """
+
+    def __init__(self, options: Options, name: str, settings: BaseModel) -> None:
+        self.path = options.out
+        self.checkpoint = self.path / "checkpoint.pt"
+        self._began = time.perf_counter()
+        self._spent = 0.0
+        plain = settings.model_dump(mode="json")
+        self._manifest: dict[str, Any] = {
+            "name": name,
+            "settings": plain,
+            "seed": options.seed,
+            "command": ["rightofway", *sys.argv[1:]],
+            "code": code_hash(),
+            "versions": _versions(),
+        }
+        manifest = self.path / "manifest.json"
+        if options.resume:
+            self._continue(manifest)
+        elif manifest.exists():
+            raise UsageError(
+                f"{self.path}: holds a training run; continue it with --resume, or give "
+                "another --out"
+            )
+        self.path.mkdir(parents=True, exist_ok=True)
+        self.note()
+
+    def _continue(self, manifest: Path) -> None:
+        if not manifest.is_file() or not self.checkpoint.is_file():
+            raise UsageError(f"{self.path}: no training run to resume; leave out --resume")
+        held = json.loads(manifest.read_text(encoding="utf-8"))
+        if held.get("finished"):
+            raise UsageError(f"{self.path}: the training run there is finished")
+        for key in ("name", "settings", "seed", "code", "versions"):
+            if held[key] != self._manifest[key]:
+                raise UsageError(
+                    f"{self.path}: was made with another {key}; a run resumes only unchanged: "
+                    f"{_difference(held[key], self._manifest[key])}"
+                )
+        self._spent = float(held["wall_time"])
+        self._manifest["command"] = held["command"]
+
+    def note(self, **facts: object) -> None:
+        """Write the manifest, with further facts."""
+        self._manifest |= facts
+        self._manifest["wall_time"] = round(self._spent + time.perf_counter() - self._began, 1)
+        with replaced(self.path / "manifest.json") as file:
+            file.write_text(json.dumps(self._manifest, indent=2) + "\n", encoding="utf-8")
+
+    @property
+    def manifest(self) -> Mapping[str, Any]:
+        """What the manifest says."""
+        return self._manifest
+
+
+def _difference(held: object, given: object) -> str:
+    if isinstance(held, dict) and isinstance(given, dict):
+        for key in sorted(held.keys() | given.keys()):
+            if held.get(key) != given.get(key):
+                return f"{key}: {_difference(held.get(key), given.get(key))}"
+    return f"{held} there, {given} now"
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A file to be written beside the one it takes the place of, all or nothing."""
+    beside = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        yield beside
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def code_hash() -> str:
+    """SHA-256 of the benchmark's own source: what an edited tree tells from a version."""
+    root = Path(benchmark.__file__).parents[1]
+    found = hashlib.sha256()
+    for package in ("benchmark", "baselines"):
+        for path in sorted((root / package).rglob("*.py")):
+            found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
+
+
+def _versions() -> dict[str, str]:
+    found = {"rightofway": benchmark.__version__, "python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "missing"
+    return found
+
+
+class Interrupts:
+    """Turns the first Ctrl-C into a wish to stop; a context manager. The second stops at once."""
+
+    def __init__(self, notify: Callable[[str], None]) -> None:
+        self.wanted = False
+        self._notify = notify
+
+    def __enter__(self) -> "Interrupts":
+        self._before = signal.signal(signal.SIGINT, self._hear)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        if self.wanted:
+            raise KeyboardInterrupt
+        self.wanted = True
+        self._notify("stopping after this round; Ctrl-C again stops at once and loses it")

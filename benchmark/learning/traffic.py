@@ -1,0 +1,177 @@
+"""The learning problem: RVs that come into the decision zone, decide every step, and leave it.
+
+Plain Python and numpy; ``benchmark.learning.parallel`` and ``single`` show it as environments.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from benchmark.controller import Go, Stop
+from benchmark.errors import ScenarioError
+from benchmark.intersection import Intersection
+from benchmark.learning.observation import Layout, Numbers, Observer
+from benchmark.scenario import Scenario
+from benchmark.state import STATIONARY, TrafficState, Vehicle
+from benchmark.world import World
+
+STOP, GO = 0, 1
+"""The actions."""
+
+
+class Reward(BaseModel):
+    """What a decision earns.
+
+    Published is the mean waiting of the ego's own movement, normalised, positive for Go and
+    negative for Stop, less a penalty for a Go that a conflict held back (Wang et al.). ``team``
+    adds what all RVs share: minus the vehicles that stand in the control zone.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    own: float = Field(1.0, ge=0, description="weight of the own movement's waiting")
+    longest_wait: float = Field(200.0, gt=0, description="waiting that counts as 1 [s]")
+    penalty: float = Field(1.0, ge=0, description="for a Go that was held back")
+    team: float = Field(0.0, ge=0, description="cost of a standing vehicle in the control zone")
+    afterlife: int = Field(
+        0, ge=0, description="steps after an RV entered whose team reward it still earns"
+    )
+
+
+class Decision(NamedTuple):
+    """What followed for one RV from one action."""
+
+    reward: float
+    left: bool  # whether it has left the decision zone, into the intersection
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What RVs see at one step, and what became of those that decided a step ago."""
+
+    egos: tuple[Vehicle, ...]  # the RVs that decide now
+    observations: Numbers  # a row for each ego
+    followed: Mapping[str, Decision]  # by id, those that decided a step ago
+    team: float  # what every RV earned in this step
+    over: bool  # whether the scenario has ended
+    gridlocked: bool  # whether nobody has entered the intersection for long
+
+
+class Traffic:
+    """One scenario, rate and seed as a learning problem; a context manager.
+
+    Args:
+        scenario: an intersection with one junction, its lights dark.
+        rate: the penetration rate.
+        seed: of demand, drivers and RVs.
+        layout: of the observation.
+        reward: what decisions earn.
+        gridlock_after: time without any regulated vehicle entering, while some stand, after which
+            the episode counts as gridlocked [s].
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        rate: float,
+        seed: int,
+        *,
+        layout: Layout = "paper",
+        reward: Reward | None = None,
+        gridlock_after: float = 90.0,
+    ) -> None:
+        self.reward = reward or Reward()
+        self.world = World(scenario, rate, seed, controller="training")
+        if len(self.world.sites) != 1:
+            raise ScenarioError(f"{scenario.name}: training needs a scenario with one junction")
+        ((self._name, self._site),) = self.world.sites.items()
+        self._observer = Observer(self.intersection, layout)
+        self._gridlock_after = gridlock_after
+        self._entered_at, self._inside = 0.0, frozenset[str]()
+
+    @property
+    def intersection(self) -> Intersection:
+        """Where it happens."""
+        return self._site.junction.intersection
+
+    @property
+    def average_waiting_time(self) -> float | None:
+        """The headline figure so far [s]; None while the warm-up lasts."""
+        if self._state.time <= self.world.scenario.evaluation.warm_up:
+            return None
+        (figures,) = self.world.junction_metrics().values()
+        return figures.average_waiting_time
+
+    def __enter__(self) -> "Traffic":
+        self.world.__enter__()
+        self._state = self.world.step()[self._name]
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.world.__exit__(*error)  # type: ignore[arg-type]
+
+    def first(self) -> Moment:
+        """The moment at which the episode begins; mostly nobody is there yet."""
+        return self._moment({}, 0.0)
+
+    def step(self, actions: Mapping[str, int]) -> Moment:
+        """Let the RVs act and simulate one step.
+
+        Args:
+            actions: ``GO`` or ``STOP`` by id, for RVs that decide; one without drives by itself.
+
+        Raises:
+            KeyError: an id is not of an RV that decides.
+        """
+        before = self._state
+        egos = {ego.id: ego for ego in before.deciding}
+        movements = {name: egos[name].movement for name in actions}
+        orders = self._site.rules.decide(
+            before, {name: Go() if action == GO else Stop() for name, action in actions.items()}
+        )
+        self.world.carry_out(self._name, orders, before.time)
+        self._state = self.world.step()[self._name]
+        self._watch_entries()
+        team = self._team()
+        here = {ego.id for ego in self._state.deciding}
+        followed = {
+            name: Decision(
+                reward=self._own(before, movements[name], action)
+                - self.reward.penalty * (name in orders.held_back)
+                + team,
+                left=name not in here,
+            )
+            for name, action in actions.items()
+        }
+        return self._moment(followed, team)
+
+    def _own(self, state: TrafficState, movement: str, action: int) -> float:
+        waiting = min(1.0, state.movements[movement].waiting / self.reward.longest_wait)
+        return self.reward.own * waiting * (1 if action == GO else -1)
+
+    def _team(self) -> float:
+        if not self.reward.team:
+            return 0.0
+        standing = sum(vehicle.speed < STATIONARY for vehicle in self._state.vehicles)
+        return -self.reward.team * standing
+
+    def _watch_entries(self) -> None:
+        regulated = self.intersection.regulated_movements
+        inside = frozenset(one.id for one in self._state.inside if one.movement in regulated)
+        standing = any(vehicle.speed < STATIONARY for vehicle in self._state.vehicles)
+        if inside - self._inside or not standing:
+            self._entered_at = self._state.time
+        self._inside = inside
+
+    def _moment(self, followed: Mapping[str, Decision], team: float) -> Moment:
+        egos = self._state.deciding
+        return Moment(
+            egos=egos,
+            observations=self._observer.observe(self._state, egos),
+            followed=followed,
+            team=team,
+            over=self.world.over,
+            gridlocked=self._state.time - self._entered_at > self._gridlock_after,
+        )
