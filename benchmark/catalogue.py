@@ -44,6 +44,19 @@ def find(references: Iterable[str]) -> list[Scenario]:
     ]
 
 
+def one(reference: str) -> Scenario:
+    """The only scenario that a reference leads to.
+
+    Raises:
+        ScenarioError: as ``find``, or it leads to several.
+    """
+    found = find([reference])
+    if len(found) != 1:
+        names = ", ".join(scenario.name for scenario in found)
+        raise ScenarioError(f'"{reference}" names {len(found)} scenarios ({names}); choose one')
+    return found[0]
+
+
 def _split(reference: str) -> tuple[str, float | None]:
     """A reference and the total demand behind its @ [veh/h], if it has one."""
     place, at, total = reference.rpartition("@")

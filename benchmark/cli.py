@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from benchmark.episode import Episode
     from benchmark.leaderboard import Row
     from benchmark.record import Record
-    from benchmark.scenario import Scenario
     from benchmark.store import Store
 
 LARGEST_SEED = 2**31 - 1  # of SUMO
@@ -167,9 +166,9 @@ def show(
     ] = None,
 ) -> None:
     """Draw an intersection: lanes, turns, zones, volumes and the signal program."""
-    from benchmark import figures
+    from benchmark import catalogue, figures
 
-    one = _single(scenario)
+    one = catalogue.one(scenario)
     target = output or Path(f"{one.name.replace('/', '-')}.png")
     figures.draw(one, target)
     typer.echo(str(target))
@@ -180,9 +179,9 @@ def signal(scenario: OneScenario) -> None:
     """Propose a signal program from the turning counts, by Webster's method."""
     import tomli_w
 
-    from benchmark import network, webster
+    from benchmark import catalogue, network, webster
 
-    one = _single(scenario)
+    one = catalogue.one(scenario)
     roads = network.build(one)
     proposed = webster.propose(one, roads)
     intersection = next(iter(roads.junctions.values())).intersection
@@ -396,9 +395,9 @@ def watch(
     seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED)] = 1,
 ) -> None:
     """Watch an episode in sumo-gui; needs a screen."""
-    from benchmark import episode
+    from benchmark import catalogue, episode
 
-    one = _single(scenario)
+    one = catalogue.one(scenario)
     if sys.platform == "linux" and not (
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
@@ -418,16 +417,6 @@ def schema() -> None:
     from benchmark.scenario import json_schema
 
     typer.echo(json.dumps(json_schema(), indent=2))
-
-
-def _single(reference: str) -> "Scenario":
-    from benchmark import catalogue
-
-    found = catalogue.find([reference])
-    if len(found) != 1:
-        names = ", ".join(one.name for one in found)
-        raise UsageError(f'"{reference}" names {len(found)} scenarios ({names}); choose one')
-    return found[0]
 
 
 if __name__ == "__main__":

@@ -9,10 +9,12 @@ from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from benchmark import demand
 from benchmark.controller import Go, Stop
 from benchmark.errors import ScenarioError
 from benchmark.intersection import Intersection
 from benchmark.learning.observation import Layout, Numbers, Observer
+from benchmark.network import movement_of
 from benchmark.scenario import Scenario
 from benchmark.state import STATIONARY, TrafficState, Vehicle
 from benchmark.world import World
@@ -51,6 +53,7 @@ class Decision(NamedTuple):
 class Moment:
     """What RVs see at one step, and what became of those that decided a step ago."""
 
+    time: float  # s
     egos: tuple[Vehicle, ...]  # the RVs that decide now
     observations: Numbers  # a row for each ego
     followed: Mapping[str, Decision]  # by id, those that decided a step ago
@@ -95,6 +98,17 @@ class Traffic:
     def intersection(self) -> Intersection:
         """Where it happens."""
         return self._site.junction.intersection
+
+    @property
+    def deciders(self) -> tuple[str, ...]:
+        """Ids of the RVs of the demand that will decide if they get through to the zone."""
+        regulated = self.intersection.regulated_movements
+        return tuple(
+            name
+            for name, traveller in self.world.routes.travellers.items()
+            if demand.is_robot(self.world.seed, name, self.world.rate)
+            and movement_of(self._site.junction, traveller.route) in regulated
+        )
 
     @property
     def average_waiting_time(self) -> float | None:
@@ -168,6 +182,7 @@ class Traffic:
     def _moment(self, followed: Mapping[str, Decision], team: float) -> Moment:
         egos = self._state.deciding
         return Moment(
+            time=self._state.time,
             egos=egos,
             observations=self._observer.observe(self._state, egos),
             followed=followed,

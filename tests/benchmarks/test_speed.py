@@ -16,10 +16,14 @@ import pytest
 from conftest import PAPER, shipped
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from benchmark import demand, network, plugins, signals, sumo_tools
+from baselines.wang.controller import Wang
+from baselines.wang.policy import Greedy
+from benchmark import catalogue, demand, network, plugins, signals, sumo_tools
 from benchmark.episode import Episode, run
+from benchmark.learning.rollout import Rollout, Workers
 from benchmark.simulation import FLAGS
 from benchmark.suite import episodes, prepare, run_all
+from benchmark.world import World
 
 ROUNDS = 9
 SCENARIO = "colorado-springs/334"
@@ -69,7 +73,8 @@ def bare_sumo(seed: int) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("controller", "rate", "limit"), [("traffic-light", None, 1.4), ("virtual-signal", 0.6, 2.0)]
+    ("controller", "rate", "limit"),
+    [("traffic-light", None, 1.4), ("virtual-signal", 0.6, 2.0), ("wang", 0.6, 2.5)],
 )
 def test_an_episode_takes_little_longer_than_bare_sumo(
     benchmark: BenchmarkFixture,
@@ -112,6 +117,52 @@ def test_two_workers_are_nearly_twice_as_fast_as_one(benchmark: BenchmarkFixture
     benchmark.extra_info |= {"one worker [s]": min(alone), "ratio": ratio}
     print(f"two workers: {ratio:.2f} times as fast as one")  # noqa: T201
     assert ratio >= 1.8
+
+
+def bare_libsumo(rollout: Rollout) -> None:
+    """The traffic of a rollout with nobody who looks or decides."""
+    evaluation = rollout.scenario.evaluation
+    with World(rollout.scenario, rollout.rate, rollout.seed, controller="bare") as world:
+        for _ in range(round(evaluation.duration / evaluation.step)):
+            world._simulation.step()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_training_traffic_is_fast(benchmark: BenchmarkFixture, workers: int) -> None:
+    """Steps and decisions a second under the shipped policy, beside bare libsumo.
+
+    At a demand that does not jam when nobody decides, so that both simulate the same traffic.
+    """
+    (scenario,) = catalogue.find([f"{SCENARIO}@1400"])
+    rollouts = [Rollout(scenario, 0.6, seed, gridlock_after=None) for seed in range(1001, 1013)]
+    policy = Greedy(Wang()._weights.arrays)
+    for rollout in rollouts:
+        demand.build(scenario, network.build(scenario), rollout.seed)
+    spawn = multiprocessing.get_context("spawn")
+    with Workers(workers) as pool, ProcessPoolExecutor(workers, mp_context=spawn) as others:
+        played = [one.result() for one in pool.play(rollouts, policy)]  # all is warm from here on
+        list(others.map(bare_libsumo, rollouts))
+        bare: list[float] = []
+        benchmark.pedantic(
+            lambda: [one.result() for one in pool.play(rollouts, policy)],
+            setup=lambda: bare.append(seconds(lambda: list(others.map(bare_libsumo, rollouts)))),
+            rounds=3,
+        )
+    assert benchmark.stats is not None
+    took = benchmark.stats.stats.min
+    steps = sum(one.steps for one in played)
+    decisions = sum(len(path.actions) for one in played for path in one.trajectories)
+    benchmark.extra_info |= {
+        "workers": workers,
+        "steps/s": steps / took,
+        "decisions/s": decisions / took,
+        "bare libsumo steps/s": steps / min(bare),
+    }
+    print(  # noqa: T201
+        f"{workers} workers: {steps / took:.0f} steps/s, {decisions / took:.0f} decisions/s; "
+        f"bare libsumo {steps / min(bare):.0f} steps/s"
+    )
+    assert steps / took >= 300
 
 
 def peak_memory(chosen: list[Episode]) -> float:
