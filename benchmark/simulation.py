@@ -85,8 +85,6 @@ class Simulation:
     def __init__(
         self, network: Path, routes: Path, program: Path, *, step: float, seed: int, window: bool
     ) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="rightofway-")
-        self._trips = Path(self._folder.name) / "trips.xml"
         self._steered: set[str] = set()
         self._step = step
         self._api, self._window = _api(window), window
@@ -94,18 +92,18 @@ class Simulation:
             str(sumo_tools.program("sumo-gui" if window else "sumo")),
             *("-n", str(network), "-r", str(routes), "-a", str(program)),
             *("--step-length", f"{step:g}", "--seed", str(seed)),
-            *("--tripinfo-output", str(self._trips)),
             *(part for flag in FLAGS.items() for part in flag),
             *(("--start", "true", "--quit-on-end", "true", "--delay", "100") if window else ()),
         ]
 
     def __enter__(self) -> Self:
         if Simulation._open is not None:
-            self._folder.cleanup()
-            raise RuntimeError("libsumo holds one simulation per process; close the other first")
+            raise UsageError("libsumo holds one simulation per process; close the other first")
+        self._folder = tempfile.TemporaryDirectory(prefix="rightofway-")
+        self._trips = Path(self._folder.name) / "trips.xml"
         os.environ["SUMO_HOME"] = sumo_tools.environment()["SUMO_HOME"]
         try:
-            self._api.start(self._command)
+            self._api.start([*self._command, "--tripinfo-output", str(self._trips)])
         except Exception as error:  # libsumo raises its own and the traci kinds
             self._folder.cleanup()
             raise NetworkError(f"SUMO does not start: {error}") from error

@@ -10,7 +10,7 @@ import pytest
 from conftest import network_of, parsed, shipped
 
 from benchmark import demand, network, signals
-from benchmark.errors import NetworkError
+from benchmark.errors import NetworkError, UsageError
 from benchmark.network import Junction, Network
 from benchmark.scenario import Scenario
 from benchmark.simulation import Simulation
@@ -72,7 +72,7 @@ def test_a_second_simulation_at_once_is_refused_and_the_first_goes_on(start: Sta
     first, second = start(("a", "N-C", 0)), start()
     with first:
         first.step()
-        with pytest.raises(RuntimeError, match="one simulation per process"), second:
+        with pytest.raises(UsageError, match="one simulation per process"), second:
             pass
         assert first.step() == 2.0
 
