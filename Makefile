@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint bench results clean
+.PHONY: run test lint bench results capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -37,6 +37,14 @@ results: .venv/installed
 	rm -f results/records/*.jsonl
 	$(BIN)/rightofway run colorado-springs --seeds 20 --out results \
 	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
+
+# The demand at which each rate jams, on intersection 334.
+capacity: .venv/installed
+	rm -f results/capacity/records/*.jsonl
+	$(BIN)/rightofway run $(foreach total,700 1100 1500 1900 2300 2700 3100 3500,334@$(total)) \
+	  --seeds 20 --out results/capacity --controller unsignalised --controller wang \
+	  $(foreach rate,0.05 0.1 0.2 0.3,--rate $(rate))
+	$(BIN)/rightofway capacity --records results/capacity > results/capacity/CAPACITY.md
 
 clean:
 	rm -rf .venv build dist out

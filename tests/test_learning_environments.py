@@ -129,7 +129,13 @@ def test_an_episode_ends_early_when_nobody_has_entered_for_long(
     [
         (lambda actions: {**actions, "nobody": GO}, "nobody: expected one action for each"),
         (lambda actions: {}, "expected one action for each of the agents"),
-        (lambda actions: dict.fromkeys(actions, 2), "action 2; expected 0 for Stop or 1 for Go"),
+        *(
+            (
+                lambda actions, bad=bad: dict.fromkeys(actions, bad),
+                "expected 0 for Stop or 1 for Go",
+            )
+            for bad in (2, -1, 0.5, None, "go", [1], np.array([0, 1]))
+        ),
     ],
 )
 def test_actions_that_make_no_sense_are_refused(
@@ -189,7 +195,9 @@ def test_the_single_environment_passes_the_checks_of_gymnasium_and_stable_baseli
 def test_resets_without_a_seed_go_on_to_the_next_rv_of_the_same_traffic(
     single: Callable[..., GoStopEnv],
 ) -> None:
-    env = single()
+    env, again = single(), single()
+    _, first = again.reset()
+    again.close()
     times, egos = [], []
     for _ in range(8):
         _, info = env.reset()
@@ -200,6 +208,7 @@ def test_resets_without_a_seed_go_on_to_the_next_rv_of_the_same_traffic(
             *_, terminated, truncated, _ = env.step(np.int64(GO))
             over = terminated or truncated
     assert len(set(egos)) == len(egos)
+    assert egos[0] == first["vehicle"]
     assert times == sorted(times)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from benchmark import catalogue, episode, leaderboard, plugins, tables
 from benchmark.record import Record
+from benchmark.statistics import estimates
 from benchmark.store import Store
 
 ROOT = Path(__file__).parents[1]
@@ -32,7 +33,7 @@ def waits(rows: list[leaderboard.Row], scenario: str, controller: str) -> list[f
     return [row.figures["average_waiting_time"].mean for row in chosen]
 
 
-def test_every_shipped_controller_has_ten_seeds_in_every_cell(records: list[Record]) -> None:
+def test_every_shipped_controller_has_twenty_seeds_in_every_cell(records: list[Record]) -> None:
     held = {(r.scenario, r.controller, r.rate, r.seed) for r in records if r.status == "ok"}
     wanted = {
         (f"colorado-springs/{scenario}", name, rate, seed)
@@ -40,7 +41,7 @@ def test_every_shipped_controller_has_ten_seeds_in_every_cell(records: list[Reco
         for name, entry in plugins.discovered().items()
         if entry.value.startswith("baselines.")
         for rate in (RATES if plugins.load(name).needs_robot_vehicles else [None])
-        for seed in range(1, 11)
+        for seed in range(1, 21)
     }
     assert wanted <= held
 
@@ -66,7 +67,12 @@ def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) 
 
 @pytest.mark.parametrize(
     ("scenario", "controller", "rate"),
-    [("334", "traffic-light-actuated", None), ("229", "virtual-signal", 0.6)],
+    [
+        ("334", "traffic-light-actuated", None),
+        ("229", "virtual-signal", 0.6),
+        ("332", "wang", 0.8),
+        ("334", "wang-tuned", 0.7),
+    ],
 )
 def test_a_record_comes_out_again_as_it_was_committed(
     records: list[Record], scenario: str, controller: str, rate: float | None
@@ -95,6 +101,47 @@ def test_the_virtual_signal_waits_less_with_more_rvs(
     thirds = [mean(by_rate[:3]), mean(by_rate[3:6]), mean(by_rate[6:])]
     assert thirds == sorted(thirds, reverse=True)
     assert by_rate[-1] < min(by_rate[:6])
+
+
+@pytest.mark.parametrize("scenario", FOUR)
+@pytest.mark.parametrize("controller", ["wang", "wang-tuned"])
+def test_the_learned_controllers_wait_less_with_more_rvs(
+    rows: list[leaderboard.Row], scenario: str, controller: str
+) -> None:
+    by_rate = waits(rows, scenario, controller)
+    thirds = [mean(by_rate[:3]), mean(by_rate[3:6]), mean(by_rate[6:])]
+    assert thirds == sorted(thirds, reverse=True)
+
+
+@pytest.mark.parametrize("rate", [0.7, 0.8, 0.9, 1.0])
+def test_from_70_percent_on_wang_waits_less_than_the_deployed_signal_on_three_of_four(
+    rows: list[leaderboard.Row], rate: float
+) -> None:
+    below = [
+        row.scenario
+        for row in rows
+        if (row.controller, row.rate) == ("wang", rate)
+        and row.difference is not None
+        and row.difference.mean < 0
+    ]
+    assert len(below) >= 3
+
+
+def test_wang_tuned_is_nowhere_significantly_worse_than_first_come(records: list[Record]) -> None:
+    samples: dict[tuple[str, float | None], dict[str, dict[int, float]]] = {}
+    for record in records:
+        if record.controller in ("wang-tuned", "first-come"):
+            waiting = record.junctions["intersection"].average_waiting_time
+            assert waiting is not None
+            cell = samples.setdefault((record.scenario, record.rate), {})
+            cell.setdefault(record.controller, {})[record.seed] = waiting
+    assert len(samples) == len(FOUR) * len(RATES)
+    pairs = {
+        key: [cell["wang-tuned"][seed] - one for seed, one in cell["first-come"].items()]
+        for key, cell in samples.items()
+    }
+    found = dict(zip(pairs, estimates(list(pairs.values())), strict=True))
+    assert not [key for key, one in found.items() if one.excludes_zero and one.mean > 0]
 
 
 @pytest.mark.parametrize("scenario", FOUR)

@@ -11,7 +11,7 @@ from benchmark import catalogue
 from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.run import FIRST_TRAINING_SEED
-from benchmark.learning.traffic import GO, STOP, Moment, Reward, Traffic
+from benchmark.learning.traffic import Moment, Reward, Traffic, checked
 from benchmark.scenario import Scenario
 
 Agent = str
@@ -137,10 +137,7 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         if set(actions) != set(self.agents):
             odd = sorted(set(actions) ^ set(self.agents))
             raise UsageError(f"{odd[0]}: expected one action for each of the agents {self.agents}")
-        for name, action in actions.items():
-            if action not in (STOP, GO):
-                raise UsageError(f"{name}: action {action!r}; expected 0 for Stop or 1 for Go")
-        return {name: int(action) for name, action in actions.items()}
+        return {name: checked(action, name) for name, action in actions.items()}
 
     def _infos(self, moment: Moment, agents: list[Agent]) -> dict[Agent, dict[str, Any]]:
         return {name: {"time": moment.time, "gridlocked": moment.gridlocked} for name in agents}

@@ -5,7 +5,9 @@ other vehicle in it and no padding.
 """
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
@@ -156,7 +158,7 @@ class Workers:
 
     def __init__(self, count: int) -> None:
         spawn = multiprocessing.get_context("spawn")
-        self._pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_ignore_interrupts)
+        self._pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_attend_to_parent)
 
     def __enter__(self) -> Self:
         return self
@@ -174,6 +176,14 @@ class Workers:
         return [self._pool.submit(play, rollout, policy) for rollout in rollouts]
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C reaches the whole process group; the parent ends its workers itself."""
+def _attend_to_parent() -> None:
+    """Leave Ctrl-C, which reaches the whole process group, to the parent; end when it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()

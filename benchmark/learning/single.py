@@ -12,7 +12,7 @@ from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.rollout import Policy
 from benchmark.learning.run import FIRST_TRAINING_SEED
-from benchmark.learning.traffic import GO, STOP, Moment, Reward, Traffic
+from benchmark.learning.traffic import GO, Moment, Reward, Traffic, checked
 from benchmark.scenario import Scenario
 
 ID = "RightOfWay/GoStop-v0"
@@ -72,7 +72,7 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
             moment = self._moment if self._traffic is not None else self._start()
             while not (moment.over or moment.gridlocked):
                 if fresh := [ego.id for ego in moment.egos if ego.id not in self._past]:
-                    self._ego = fresh[int(self.np_random.integers(len(fresh)))]
+                    self._ego = fresh[int(self._draws.integers(len(fresh)))]
                     self._past.add(self._ego)
                     return self._observation(moment), self._info(moment)
                 moment = self._play(moment, {})
@@ -92,6 +92,7 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
                 f"{self.scenario.name}: nobody decides at rate {self.rate:g}; expected more RVs"
             )
         self._traffic = traffic.__enter__()
+        self._draws = np.random.default_rng(self._next_seed)  # which of several arrivals is it
         self._next_seed += 1
         self._past.clear()
         self._moment = traffic.first()
@@ -105,9 +106,7 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
         """
         if self._traffic is None or self._ego is None:
             raise UsageError("no episode is under way; call reset first")
-        if action not in (STOP, GO):
-            raise UsageError(f"action {action!r}; expected 0 for Stop or 1 for Go")
-        moment = self._play(self._moment, {self._ego: int(action)})
+        moment = self._play(self._moment, {self._ego: checked(action, self._ego)})
         decision = moment.followed[self._ego]
         ended = moment.over or moment.gridlocked
         found = (

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from benchmark import demand
 from benchmark.controller import Go, Stop
-from benchmark.errors import ScenarioError
+from benchmark.errors import ScenarioError, UsageError
 from benchmark.intersection import Intersection
 from benchmark.learning.observation import Layout, Numbers, Observer
 from benchmark.network import movement_of
@@ -21,6 +22,17 @@ from benchmark.world import World
 
 STOP, GO = 0, 1
 """The actions."""
+
+
+def checked(action: object, whose: str) -> int:
+    """An action from outside as ``GO`` or ``STOP``.
+
+    Raises:
+        UsageError: it is neither.
+    """
+    if isinstance(action, int | np.integer) and action in (STOP, GO):
+        return int(action)
+    raise UsageError(f"{whose}: action {action!r}; expected 0 for Stop or 1 for Go")
 
 
 class Reward(BaseModel):
