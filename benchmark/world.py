@@ -125,7 +125,7 @@ class World:
     @property
     def over(self) -> bool:
         """Whether the scenario's last step has been made."""
-        return self._steps_left == 0
+        return self._steps_left <= 0
 
     def step(self) -> Mapping[str, TrafficState]:
         """Simulate one step.

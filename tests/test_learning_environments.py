@@ -1,5 +1,7 @@
 """The learning problem as PettingZoo and Gymnasium environments."""
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -179,6 +181,47 @@ def test_a_reference_that_leads_to_no_single_scenario_is_refused(
             kind(reference)
 
 
+def test_rewards_follow_from_what_is_seen(environment: Callable[..., GoStopParallelEnv]) -> None:
+    own_waiting, was_held_back = 8, 124  # docs/learning.md
+    env, random = environment(rate=1.0, layout="extended"), np.random.default_rng(1)
+    before, _ = env.reset(seed=10_001)
+    penalties = 0
+    while env.agents:
+        actions = {name: int(random.integers(2)) for name in env.agents}
+        after, rewards, terminated, _, _ = env.step(actions)
+        for name, action in actions.items():
+            if not terminated[name]:
+                sign = 1 if action == GO else -1
+                expected = sign * before[name][own_waiting] - after[name][was_held_back]
+                assert rewards[name] == pytest.approx(expected, abs=1e-6)
+                penalties += int(after[name][was_held_back])
+        before = after
+    assert penalties > 5
+
+
+def test_an_episode_that_nobody_comes_to_is_over_at_once(
+    environment: Callable[..., GoStopParallelEnv],
+) -> None:
+    env = environment(rate=0.0)
+    assert env.reset() == ({}, {})
+    assert env.agents == []
+    with pytest.raises(UsageError, match="call reset first"):
+        env.step({})
+
+
+@pytest.mark.parametrize("action", [STOP, GO])
+def test_whoever_comes_as_the_episode_ends_is_no_agent(
+    action: int, environment: Callable[..., GoStopParallelEnv]
+) -> None:
+    env = environment(rate=1.0, gridlock_after=15.0)
+    for seed in range(10_001, 10_016):
+        env.reset(seed=seed)
+        while env.agents:
+            acting = set(env.agents)
+            seen, *_ = env.step(dict.fromkeys(env.agents, action))
+        assert seen.keys() == acting
+
+
 # --- one agent -------------------------------------------------------------------------------
 
 
@@ -240,3 +283,37 @@ def test_the_others_follow_a_policy_of_ones_own(single: Callable[..., GoStopEnv]
 def test_a_rate_at_which_nobody_decides_is_refused(single: Callable[..., GoStopEnv]) -> None:
     with pytest.raises(UsageError, match="nobody decides at rate 0"):
         single(rate=0.0).reset()
+
+
+def test_traffics_that_no_rv_comes_to_are_passed_over(single: Callable[..., GoStopEnv]) -> None:
+    env = single(rate=0.05)
+    for seed in range(10_001, 10_013):
+        _, info = env.reset(seed=seed)
+        assert info["vehicle"]
+
+
+def test_a_gridlock_time_that_leaves_no_episode_is_refused(
+    single: Callable[..., GoStopEnv],
+) -> None:
+    with pytest.raises(UsageError, match="a later gridlock_after"):
+        single(gridlock_after=0.5).reset()
+
+
+def test_the_package_itself_needs_no_training_extras() -> None:
+    heavy = "{'gymnasium', 'pettingzoo', 'torch', 'stable_baselines3'}"
+    code = f"import sys, benchmark.learning, benchmark.cli; assert not {heavy} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"rate": 7.0}, "rate 7: expected a share from 0 to 1"),
+        ({"layout": "papre"}, 'unknown layout "papre"; expected one of paper, extended'),
+    ],
+)
+def test_a_rate_or_layout_that_makes_no_sense_is_refused(
+    arguments: dict[str, Any], message: str, environment: Callable[..., GoStopParallelEnv]
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        environment(**arguments).reset()

@@ -6,11 +6,12 @@ to them. docs/learning.md holds the table.
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from benchmark.errors import UsageError
 from benchmark.intersection import Intersection
 from benchmark.rules import held_by_conflict
 from benchmark.state import CELLS, STATIONARY, TrafficState, Vehicle
@@ -33,7 +34,13 @@ _EGO = 5  # further numbers on the ego in the extended layout
 
 
 def size(layout: Layout) -> int:
-    """How many numbers a layout has."""
+    """How many numbers a layout has.
+
+    Raises:
+        UsageError: there is no such layout.
+    """
+    if layout not in (known := get_args(Layout)):
+        raise UsageError(f'unknown layout "{layout}"; expected one of {", ".join(known)}')
     paper = sum(_PAPER.values()) * _J + 1
     return paper if layout == "paper" else paper + sum(_EXTENDED.values()) * _J + _EGO
 

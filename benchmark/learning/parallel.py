@@ -85,6 +85,9 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         self._traffic = traffic.__enter__()
         self.possible_agents = list(traffic.deciders)
         moment = self._pass_empty(traffic.first())
+        if moment.over or moment.gridlocked:
+            self.close()  # nobody has come to decide
+            return {}, {}
         self.agents = [ego.id for ego in moment.egos]
         observations = dict(zip(self.agents, moment.observations, strict=True))
         return observations, self._infos(moment, self.agents)
@@ -113,12 +116,11 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
             raise UsageError("no episode is under way; call reset first")
         moment = self._traffic.step(self._checked(actions))
         followed = moment.followed
-        if all(decision.left for decision in followed.values()):
-            moment = self._pass_empty(moment)
+        moment = self._pass_empty(moment)
         ended = moment.over or moment.gridlocked
         seen = dict(zip((ego.id for ego in moment.egos), moment.observations, strict=True))
         nothing = np.zeros(size(self._layout), dtype=np.float32)
-        agents = list(dict.fromkeys([*followed, *seen]))
+        agents = list(followed if ended else dict.fromkeys([*followed, *seen]))
         terminations = {name: name in followed and followed[name].left for name in agents}
         truncations = {name: ended and not terminations[name] for name in agents}
         infos = self._infos(moment, agents)

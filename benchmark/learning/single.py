@@ -18,6 +18,8 @@ from benchmark.scenario import Scenario
 ID = "RightOfWay/GoStop-v0"
 """The environment's id: ``gymnasium.make(f"benchmark.learning.single:{ID}")``."""
 
+PATIENCE = 10  # traffics in a row in which no RV comes to decide, before reset gives up
+
 
 class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
     """One RV from its first decision until it enters the intersection.
@@ -63,12 +65,16 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Go on to the next RV; with a seed, to the first of that traffic."""
+        """Go on to the next RV; with a seed, to the first of that traffic.
+
+        Raises:
+            UsageError: no RV came to decide in several traffics in a row.
+        """
         super().reset(seed=seed)
         if seed is not None:
             self.close()
             self._next_seed = seed
-        while True:
+        for _ in range(1 + PATIENCE):
             moment = self._moment if self._traffic is not None else self._start()
             while not (moment.over or moment.gridlocked):
                 if fresh := [ego.id for ego in moment.egos if ego.id not in self._past]:
@@ -77,6 +83,10 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
                     return self._observation(moment), self._info(moment)
                 moment = self._play(moment, {})
             self.close()
+        raise UsageError(
+            f"{self.scenario.name}: nobody decides at rate {self.rate:g} in {PATIENCE} traffics; "
+            "expected more RVs, or a later gridlock_after"
+        )
 
     def _start(self) -> Moment:
         traffic = Traffic(
@@ -87,10 +97,6 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
             reward=self._reward,
             gridlock_after=self._gridlock_after,
         )
-        if not traffic.deciders:
-            raise UsageError(
-                f"{self.scenario.name}: nobody decides at rate {self.rate:g}; expected more RVs"
-            )
         self._traffic = traffic.__enter__()
         self._draws = np.random.default_rng(self._next_seed)  # which of several arrivals is it
         self._next_seed += 1

@@ -3,6 +3,7 @@
 Plain Python and numpy; ``benchmark.learning.parallel`` and ``single`` show it as environments.
 """
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -85,6 +86,10 @@ class Traffic:
         reward: what decisions earn.
         gridlock_after: time without any regulated vehicle entering, while some stand, after which
             the episode counts as gridlocked [s].
+
+    Raises:
+        UsageError: the rate is no share, or there is no such layout.
+        RightOfWayError: the scenario cannot be run.
     """
 
     def __init__(
@@ -97,6 +102,8 @@ class Traffic:
         reward: Reward | None = None,
         gridlock_after: float = 90.0,
     ) -> None:
+        if not 0 <= rate <= 1:
+            raise UsageError(f"rate {rate:g}: expected a share from 0 to 1")
         self.reward = reward or Reward()
         self.world = World(scenario, rate, seed, controller="training")
         if len(self.world.sites) != 1:
@@ -131,8 +138,10 @@ class Traffic:
         return figures.average_waiting_time
 
     def __enter__(self) -> "Traffic":
-        self.world.__enter__()
-        self._state = self.world.step()[self._name]
+        with contextlib.ExitStack() as opened:
+            opened.enter_context(self.world)
+            self._state = self.world.step()[self._name]
+            opened.pop_all()  # all is well, so it stays open
         return self
 
     def __exit__(self, *error: object) -> None:
