@@ -41,9 +41,9 @@ results: .venv/installed
 # The demand at which each rate jams, on intersection 334.
 capacity: .venv/installed
 	rm -f results/capacity/records/*.jsonl
-	$(BIN)/rightofway run $(foreach total,700 1100 1500 1900 2300 2700 3100 3500,334@$(total)) \
-	  --seeds 20 --out results/capacity --controller unsignalised --controller wang \
-	  $(foreach rate,0.05 0.1 0.2 0.3,--rate $(rate))
+	$(BIN)/rightofway run $(foreach total,700 1200 1700 2200 2700 3200 3700,334@$(total)) \
+	  --seeds 10 --out results/capacity --controller unsignalised --controller wang \
+	  --controller wang-tuned $(foreach rate,0.05 0.1 0.2 0.4,--rate $(rate))
 	$(BIN)/rightofway capacity --records results/capacity > results/capacity/CAPACITY.md
 
 clean:

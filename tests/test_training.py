@@ -113,8 +113,12 @@ def test_a_run_that_was_interrupted_goes_on_exactly_where_it_stopped(
     assert "stopping after this round" in said
     assert "continue with --resume" in said
     assert manifest(tmp_path / "run")["decisions"] < 8000
+    logs = tmp_path / "run" / "logs"
+    before = (logs / "progress.csv").read_bytes()
     code, said = train(tmp_path / "run", *TINY, "--resume")
     assert code == 0, said
+    assert (logs / "progress.csv").read_bytes() == before  # the rest stands beside it
+    assert list(logs.glob("progress-from-*.csv"))
     assert manifest(tmp_path / "run")["digest"] == manifest(finished)["digest"]
 
 

@@ -1,6 +1,12 @@
 """Wang's learner, piece by piece: network, returns, replay."""
 
+import inspect
+import re
+import subprocess
+import sys
+import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stable_baselines3.common.logger import configure
 
+from baselines.wang.controller import Wang, WangTuned
 from baselines.wang.dqn import (
     DuelingPolicy,
     PrioritisedReplay,
@@ -319,3 +326,54 @@ def test_an_rv_earns_the_teams_reward_for_a_while_after_it_entered() -> None:
         assert np.array_equal(a.rewards[:-1], b.rewards[:-1])
     assert min(gains) < 0
     assert all(gain == 0 for gain, one in zip(gains, plain, strict=True) if not one.entered)
+
+
+# --- the controllers ---------------------------------------------------------------------------
+
+WITHOUT_EXTRAS = """
+import sys
+
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("torch", "gymnasium", "pettingzoo", "stable_baselines3"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Absent())
+from benchmark import catalogue, plugins
+from benchmark.episode import Episode, run
+from benchmark.errors import ControllerError
+
+(crossing,) = catalogue.find(["smoke/crossing"])
+for name in ("wang", "wang-tuned"):
+    print(run(Episode(crossing, name, 0.5, 1001)).status)
+try:
+    plugins.load_trainer("wang")
+except ControllerError as error:
+    print(error)
+"""
+
+
+def test_the_controllers_run_without_the_training_extras_and_the_trainer_asks_for_them() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_EXTRAS], capture_output=True, text=True, check=True
+    )
+    first, second, message = done.stdout.splitlines()
+    assert (first, second) == ("ok", "ok")
+    assert re.fullmatch(
+        r"training \"wang\" needs \w+, which is not installed; pip install 'rightofway\[train\]'",
+        message,
+    )
+
+
+@pytest.mark.parametrize(("kind", "layout"), [(Wang, "paper"), (WangTuned, "extended")])
+def test_the_shipped_weights_say_how_they_were_trained(kind: type[Wang], layout: str) -> None:
+    notes = kind()._weights.notes
+    assert notes["layout"] == layout
+    assert {"settings", "seed", "validation"} <= notes.keys()
+    path = Path(inspect.getfile(kind)).parent / "weights" / f"{kind.NAME}.safetensors"
+    assert path.stat().st_size < 5e6
+    shipped = tomllib.loads((path.parents[1] / f"{kind.NAME}.toml").read_text())
+    for table, settings in shipped.items():
+        if isinstance(settings, dict):
+            for key, value in settings.items():
+                assert notes["settings"][table][key] == value, f"{table}.{key}"

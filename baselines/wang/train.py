@@ -17,7 +17,7 @@ import torch
 from pydantic import Field
 from rich import progress
 from rich.console import Console
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import Logger, make_output_format
 
 from baselines.wang.dqn import DuelingPolicy, PrioritisedReplay, SpacesOnly, WangDQN
 from baselines.wang.policy import HIDDEN, Greedy, shapes
@@ -145,7 +145,6 @@ class _Run:
         self._settings, self._scenarios, self._folder = settings, scenarios, folder
         self._seed, self._notify = options.seed, options.notify
         self._model = _model(settings, options.seed)
-        self._model.set_logger(configure(str(folder.path / "logs"), ["csv", "tensorboard"]))
         self._round = self._decisions = 0
         self._acting = self._snapshot()
         self._best: _Score | None = None
@@ -154,6 +153,7 @@ class _Run:
 
     def go(self, workers: Workers, interrupts: Interrupts) -> None:
         """Play and learn, round by round."""
+        self._model.set_logger(self._logger())
         steps = self._settings.learner.steps
         columns = (
             progress.TextColumn("{task.completed:,}/{task.total:,} decisions"),
@@ -165,7 +165,7 @@ class _Run:
         )
         with progress.Progress(*columns, console=Console(stderr=True)) as bar:
             task = bar.add_task(self._status(), total=steps, completed=self._decisions)
-            turn: _Turn | None = self._start(workers)
+            turn = self._start(workers) if self._decisions < steps else None
             while turn is not None and not interrupts.wanted:
                 turn = self._take(turn, workers)
                 bar.update(task, completed=min(steps, self._decisions), description=self._status())
@@ -178,6 +178,13 @@ class _Run:
         self._acting = self._snapshot()
         self._judge([future.result() for future in self._validation(workers)], self._acting)
         self._finish()
+
+    def _logger(self) -> Logger:
+        """Logs of this session; one that resumes writes files beside those of the others."""
+        folder = str(self._folder.path / "logs")
+        suffix = f"-from-{self._round}" if self._round else ""
+        forms = [make_output_format(form, folder, suffix) for form in ("csv", "tensorboard")]
+        return Logger(folder, forms)
 
     def _take(self, turn: "_Turn", workers: Workers) -> "_Turn | None":
         """Learn from a turn while the next is played; None where there is none."""
