@@ -1,5 +1,7 @@
 """From records at many demands to the demand at which an intersection jams."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -73,6 +75,29 @@ def test_the_table_has_a_row_for_each_controller_and_rate_and_a_column_for_each_
         "| c            |   any |             - | 100 % |       |",
         "| c            |   5 % |           600 |   0 % | 100 % |",
     ]
+
+
+def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    program = Path(sys.executable).parent / "rightofway"
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60)
+
+
+def test_the_command_shows_where_the_runs_of_a_folder_jam(tmp_path: Path) -> None:
+    study = ("smoke/crossing@300", "smoke/crossing@600", "--controller", "first-come")
+    done = command("run", *study, "--rate", "0.5", "--seeds", "1", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    done = command("capacity", "--records", tmp_path)
+    assert done.returncode == 0
+    assert "| first-come   |  50 % |" in done.stdout
+    assert "300 |   600 |" in done.stdout
+
+
+def test_a_folder_without_such_runs_says_how_to_make_some(tmp_path: Path) -> None:
+    study = ("smoke/crossing", "--controller", "first-come", "--rate", "0.5", "--seeds", "1")
+    assert command("run", *study, "--out", tmp_path).returncode == 0
+    done = command("capacity", "--records", tmp_path)
+    assert done.returncode == 2
+    assert "make some with `rightofway run 334@500" in " ".join(done.stderr.split())
 
 
 # --- scenarios at another demand -----------------------------------------------------------------

@@ -204,6 +204,13 @@ def test_what_makes_no_sense_is_refused_with_one_message(
     assert not (tmp_path / "run").exists()
 
 
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    code, said = train(tmp_path / "file" / "run")
+    assert code == 2
+    assert "cannot write there: Not a directory; give another --out" in " ".join(said.split())
+
+
 def test_an_unknown_name_suggests_the_nearest(tmp_path: Path) -> None:
     code, said = train(tmp_path, name="wong")
     assert (code, said) == (2, 'error: nothing trains "wong"; did you mean "wang"?\n')

@@ -203,8 +203,13 @@ class Folder:
                 f"{self.path}: holds a training run; continue it with --resume, or give "
                 "another --out"
             )
-        self.path.mkdir(parents=True, exist_ok=True)
-        self.note()
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self.note()
+        except OSError as error:
+            raise UsageError(
+                f"{self.path}: cannot write there: {error.strerror}; give another --out"
+            ) from error
 
     def _continue(self, manifest: Path) -> None:
         if not manifest.is_file() or not self.checkpoint.is_file():
