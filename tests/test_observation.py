@@ -1,6 +1,6 @@
 """What an RV observes, number by number; the same in training and in an episode."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +9,15 @@ from conftest import CROSSROADS, crossing, network_of, smoke, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 
+from baselines.wang.controller import Wang
+from baselines.wang.policy import Greedy
 from benchmark import plugins
 from benchmark.controller import Command, Controller, Go
 from benchmark.episode import Episode, run
 from benchmark.intersection import Intersection
-from benchmark.learning.observation import MOVEMENTS, Layout, Observer, size
+from benchmark.learning.observation import MOVEMENTS, Layout, Numbers, Observer, size
 from benchmark.learning.traffic import GO, Traffic
-from benchmark.state import TrafficState
+from benchmark.state import TrafficState, Vehicle
 
 PAPER, EXTENDED = Observer(CROSSROADS, "paper"), Observer(CROSSROADS, "extended")
 QUEUE, WAITING, OCCUPANCY, DISTANCE = slice(0, 8), slice(8, 16), slice(16, 96), 96
@@ -56,6 +58,32 @@ def test_the_own_movement_comes_first_and_the_others_follow_clockwise_modulo_eig
     expected = [0, *(10.0 * (step + 1) / 200 for step in range(1, 8))]
     assert seen[WAITING].tolist() == pytest.approx(expected)
     assert np.array_equal(seen[OCCUPANCY].reshape(8, 10), np.eye(8, 10))
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(MOVEMENTS), st.floats(0, 0.2), st.floats(0, 300), st.booleans()),
+        max_size=20,
+    ),
+    st.lists(
+        st.tuples(st.sampled_from(MOVEMENTS), st.integers(0, 9), st.floats(0, 0.2)), max_size=10
+    ),
+)
+def test_turned_back_to_one_point_of_view_all_eight_egos_see_the_same(
+    traffic: list[tuple[str, float, float, bool]], inside: list[tuple[str, int, float]]
+) -> None:
+    now = state(
+        *(
+            vehicle(str(i), name, speed=speed, waiting=waiting, is_robot=robot)
+            for i, (name, speed, waiting, robot) in enumerate(traffic)
+        ),
+        *(crossing(name, cell)._replace(speed=speed) for name, cell, speed in inside),
+    )
+    seen = EXTENDED.observe(now, [vehicle(name, name) for name in MOVEMENTS])
+    for block in (QUEUE, WAITING, OCCUPANCY, VEHICLES, ROBOTS, STANDING):
+        by_movement = seen[:, block].reshape(8, 8, -1)  # (egos, movements, numbers)
+        for index, one in enumerate(by_movement):
+            assert np.array_equal(np.roll(one, index, axis=0), by_movement[0])
 
 
 def test_queues_are_seen_as_shares_of_the_longest() -> None:
@@ -196,6 +224,38 @@ def test_training_and_an_episode_observe_the_same_numbers(monkeypatch: pytest.Mo
     assert sum(len(one) for one in seen) > 50
     assert len(seen) == len(learnt)
     assert all(np.array_equal(a, b) for a, b in zip(seen, learnt, strict=True))
+
+
+def test_the_shipped_controller_sees_in_an_episode_what_it_sees_in_training(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scenario, seen = smoke("crossing"), []
+    observe = Observer.observe
+
+    def noted(self: Observer, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        if egos:
+            seen.append(([ego.id for ego in egos], observe(self, state, egos)))
+        return observe(self, state, egos)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Observer, "observe", noted)
+        assert run(Episode(scenario, "wang", 0.6, 1001)).status == "ok"
+    policy, learnt = Greedy(Wang()._weights.arrays), []
+    with Traffic(scenario, 0.6, 1001, layout=Wang.LAYOUT, gridlock_after=1e9) as traffic:
+        moment = traffic.first()
+        while True:
+            names, actions = [ego.id for ego in moment.egos], {}
+            if names:
+                learnt.append((names, moment.observations))
+                chosen = policy(moment.observations).tolist()
+                actions = dict(zip(names, chosen, strict=True))
+            if moment.over:
+                break
+            moment = traffic.step(actions)
+    assert len(seen) > 50
+    assert [names for names, _ in seen] == [names for names, _ in learnt]
+    for (_, one), (_, other) in zip(seen, learnt, strict=True):
+        assert np.array_equal(one, other)
 
 
 def test_the_zones_length_is_the_scenarios() -> None:

@@ -135,14 +135,44 @@ def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint(
     assert manifest(out)["digest"] == manifest(finished)["digest"]
 
 
+SLOW = (
+    *("--scenario", "229", "--rate", "0.4", "--workers", "1"),
+    *(
+        part
+        for change in (
+            *("learner.hidden=[8]", "learner.atoms=1", "traffic.episodes=2"),
+            *("traffic.duration=400", "traffic.gridlock_after=5000", "validation.rounds=100"),
+        )
+        for part in ("--set", change)
+    ),
+)
+"""Rounds of two episodes that take seconds, so that a signal is sure to fall within one."""
+
+
+def heard(process: subprocess.Popen[str], wanted: str) -> str:
+    """What the command says until it says what is wanted."""
+    said = ""
+    assert process.stderr is not None
+    while wanted not in said:
+        line = process.stderr.readline()
+        assert line, said
+        said += line
+    return said
+
+
 def test_a_second_interrupt_stops_at_once(tmp_path: Path) -> None:
-    process = started(tmp_path / "run", *TINY, "--steps", "1000000")
-    wait_for(process, tmp_path / "run", 1)
+    process = started(tmp_path / "run", *SLOW)
+    while not (tmp_path / "run" / "logs" / "progress.csv").exists():  # until signals are heard
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)
-    time.sleep(0.05)
+    said = heard(process, "stopping after this round")
     os.killpg(process.pid, signal.SIGINT)
-    process.communicate(timeout=30)
+    said += process.communicate(timeout=60)[1]
     assert process.returncode == 130
+    assert "continue with --resume" not in said  # as it says where the round was finished
+    assert "Traceback" not in said
+    assert not (tmp_path / "run" / "checkpoint.pt").exists()
 
 
 @pytest.mark.parametrize(
@@ -189,8 +219,14 @@ def test_a_run_is_not_resumed_under_other_settings(
         (("--set", "reward.penalti=1"), 'unknown key "penalti"; did you mean "penalty"?'),
         (("--set", "layout.x=1"), '"layout" is not a table'),
         (("--set", "learner.batch=0"), "learner.batch"),
+        (("--set", 'learner.batch="x"'), "learner.batch: should be a valid integer"),
         (("--scenario", "smoke/teh"), 'did you mean "smoke/tee"?'),
         (("--rate", "1.5"), "Invalid value for '--rate'"),
+        (("--set", "learner.hidden=[-4]"), "learner.hidden"),
+        (("--set", "traffic.demand=[]"), "traffic.demand"),
+        (("--set", "learner.value_range=[1.0, 1.0]"), "expected the lower bound first"),
+        (("--set", "validation.rates=[2.0]"), "validation.rates"),
+        (("--scenario", ""), "traffic.scenarios"),
         (("--steps", "0"), "Invalid value for '--steps'"),
     ],
 )
@@ -202,6 +238,27 @@ def test_what_makes_no_sense_is_refused_with_one_message(
     assert message in " ".join(said.replace("│", " ").split()), said
     assert "Traceback" not in said
     assert not (tmp_path / "run").exists()
+
+
+def test_a_rate_at_which_nobody_decides_ends_with_a_message(tmp_path: Path) -> None:
+    nobody = ["0" if part == "0.7" else part for part in TINY]
+    code, said = train(tmp_path / "run", *nobody)
+    assert code == 2
+    assert "nobody decided in a whole round" in said
+
+
+@pytest.mark.parametrize(("file", "content"), [("manifest.json", "{"), ("checkpoint.pt", "PK")])
+def test_a_damaged_run_is_not_resumed(
+    file: str, content: str, finished: Path, tmp_path: Path
+) -> None:
+    held = manifest(finished)
+    del held["finished"]
+    (tmp_path / "manifest.json").write_text(json.dumps(held))
+    (tmp_path / "checkpoint.pt").write_bytes((finished / "checkpoint.pt").read_bytes())
+    (tmp_path / file).write_text(content)
+    code, said = train(tmp_path, *TINY, "--resume")
+    assert code == 2
+    assert f"{file}: damaged; start anew with another --out" in " ".join(said.split())
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

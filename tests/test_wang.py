@@ -92,6 +92,12 @@ def test_the_numpy_policy_computes_what_the_torch_network_does(atoms: int) -> No
     assert np.array_equal(Greedy(arrays)(seen), wanted.argmax(axis=1))
 
 
+@pytest.mark.parametrize("atoms", [1, 51])
+def test_where_nobody_decides_the_numpy_policy_decides_nothing(atoms: int) -> None:
+    arrays = {name: one.numpy() for name, one in learner(atoms).q_net.state_dict().items()}
+    assert Greedy(arrays)(np.zeros((0, size("paper")), dtype=np.float32)).shape == (0,)
+
+
 def test_the_advantages_of_a_state_add_up_to_nothing() -> None:
     network = learner().q_net
     seen = torch.rand(7, size("paper"))
@@ -128,6 +134,55 @@ def test_projection_keeps_all_chances_and_the_mean_within_the_atoms(
 def test_a_terminal_reward_on_an_atom_is_that_atom() -> None:
     found = project(torch.full((1, 5), 0.2), torch.tensor([[1.0]]), torch.tensor([[0.0]]), SUPPORT)
     assert found.tolist() == [[0, 0, 0, 1, 0]]
+
+
+@given(
+    st.lists(st.floats(0.01, 1), min_size=5, max_size=5),
+    st.integers(-6, 6),
+)
+def test_a_reward_of_whole_atoms_shifts_the_distribution_and_what_leaves_it_stays_at_its_ends(
+    weights: list[float], shift: int
+) -> None:
+    chances = torch.tensor([weights]) / sum(weights)
+    wanted = torch.zeros(1, 5)
+    for atom in range(5):
+        wanted[0, min(max(atom + shift, 0), 4)] += chances[0, atom]
+    found = project(chances, torch.tensor([[float(shift)]]), torch.ones(1, 1), SUPPORT)
+    assert torch.allclose(found, wanted, atol=1e-6)
+
+
+@given(st.floats(-3, 3), st.integers(0, 2**32 - 1))
+def test_after_the_last_decision_only_the_reward_counts(reward: float, seed: int) -> None:
+    chances = torch.rand(2, 5, generator=torch.Generator().manual_seed(seed)).softmax(dim=1)
+    rewards, nothing = torch.full((2, 1), reward), torch.zeros(2, 1)
+    one, other = project(chances, rewards, nothing, SUPPORT)
+    assert torch.allclose(one, other, atol=1e-6)
+    assert (one * SUPPORT).sum().item() == pytest.approx(min(2, max(-2, reward)), abs=1e-5)
+
+
+def test_the_distributional_target_is_that_of_the_online_networks_action() -> None:
+    model = learner(atoms=5)  # at -2, -1, 0, 1, 2
+    for network in (model.q_net, model.q_net_target):
+        for parameter in network.parameters():
+            torch.nn.init.zeros_(parameter)
+    go_is_best = torch.tensor([[4.0, 0, 0, 0, 0], [0, 0, 0, 0, 4.0]])
+    go_is_sure_of_0 = torch.tensor([[0, 0, 0, 0, 0], [0, 0, 200.0, 0, 0]])  # Stop is best, at 0.5
+    model.q_net.advantage.bias.data = go_is_best.flatten()
+    model.q_net_target.advantage.bias.data = go_is_sure_of_0.flatten()
+    seen = torch.zeros(1, size("paper"))
+    batch = PrioritisedSamples(
+        observations=seen,
+        actions=torch.tensor([[STOP]]),
+        next_observations=seen,
+        discounts=torch.tensor([[0.5]]),
+        rewards=torch.tensor([[1.0]]),
+        weights=torch.ones(1, 1),
+        rows=np.zeros(1, dtype=np.int64),
+    )
+    # Go is followed: all chance at 0, moved to 1 + 0.5 * 0, the fourth atom
+    centred = torch.tensor([2.0, 0, 0, 0, -2.0])  # online, of Stop
+    wanted = -centred.log_softmax(dim=0)[3]
+    assert model._errors(batch).item() == pytest.approx(wanted.item(), abs=1e-5)
 
 
 def test_the_target_takes_the_online_networks_action_at_the_target_networks_value() -> None:

@@ -1,5 +1,9 @@
 """Weights in files: whole and of the right network, or one clear message."""
 
+import os
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -69,11 +73,28 @@ def test_missing_empty_and_damaged_files_are_refused(file: Path, tmp_path: Path)
         assert "not a whole safetensors file" in refusal(file)
 
 
-def test_a_flipped_bit_is_noticed(file: Path) -> None:
-    content = bytearray(file.read_bytes())
-    content[-1] ^= 1
-    file.write_bytes(content)
-    assert "do not match the SHA-256 noted in the file" in refusal(file)
+def test_a_flipped_bit_is_noticed_wherever_it_is_in_the_data(file: Path) -> None:
+    whole = file.read_bytes()
+    start = 8 + int.from_bytes(whole[:8], "little")  # after the header's length and the header
+    assert len(whole) - start == 4 * (6 + 4)
+    for place in range(start, len(whole)):
+        content = bytearray(whole)
+        content[place] ^= 1
+        file.write_bytes(content)
+        assert "do not match the SHA-256 noted in the file" in refusal(file)
+
+
+@pytest.mark.parametrize(
+    ("whole", "damaged"),
+    [(b'"notes":', b'"mates":'), (b'"notes":"{', b'"notes":"['), (b" 3, ", b" ?, ")],
+)
+def test_damaged_notes_are_refused_like_damaged_data(
+    whole: bytes, damaged: bytes, file: Path
+) -> None:
+    content = file.read_bytes()
+    assert content.count(whole) == 1
+    file.write_bytes(content.replace(whole, damaged))
+    refusal(file)
 
 
 def test_weights_without_our_notes_are_refused(tmp_path: Path) -> None:
@@ -111,3 +132,47 @@ def test_an_episode_with_damaged_weights_ends_in_that_message(
     monkeypatch.setattr(controller, "SHIPPED", tmp_path)
     with pytest.raises(ControllerError, match=r"cannot read the weights: No such file.*reinstall"):
         run(Episode(smoke("crossing"), "wang", 0.5, 1))
+
+
+@pytest.mark.parametrize("damage", ["empty", "garbage", "truncated", "changed"])
+def test_an_episode_with_a_damaged_file_names_it_and_the_remedy(
+    damage: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = tmp_path / "wang.safetensors"
+    save(path, arrays(shapes("paper", HIDDEN, 51)), {})
+    whole = path.read_bytes()
+    changed = whole[:-1] + bytes([whole[-1] ^ 1])
+    contents = {"empty": b"", "garbage": b"nonsense", "truncated": whole[:-4], "changed": changed}
+    path.write_bytes(contents[damage])
+    monkeypatch.setattr(controller, "SHIPPED", tmp_path)
+    with pytest.raises(ControllerError, match="reinstall rightofway, or train") as caught:
+        run(Episode(smoke("crossing"), "wang", 0.5, 1))
+    assert str(path) in str(caught.value)
+
+
+def test_the_command_says_once_that_its_weights_are_damaged(tmp_path: Path) -> None:
+    """In a copy of the packages, so that nothing that is installed gets damaged."""
+    root = Path(controller.__file__).parents[2]
+    for package in ("benchmark", "baselines", "scenarios"):
+        if (root / package).is_dir():
+            shutil.copytree(root / package, tmp_path / package)
+    path = tmp_path / "baselines" / "wang" / "weights" / "wang.safetensors"
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(b"nonsense")
+    done = subprocess.run(
+        [
+            *(sys.executable, "-c", "from benchmark.cli import main; main()"),
+            *("run", "smoke/crossing", "--controller", "wang", "--rate", "0.5", "--seeds", "1"),
+            *("--out", str(tmp_path / "out")),
+        ],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    said = " ".join(done.stderr.split())
+    assert done.returncode == 1, said  # an episode failed
+    assert said.count(f"{path}: not a whole safetensors file") == 1
+    assert "reinstall rightofway, or train" in said
+    assert "Traceback" not in said

@@ -76,7 +76,7 @@ class Greedy:
         found = found @ weight + bias
         if (support := self._arrays.get("support")) is None:
             return found
-        logits = found.reshape(len(found), ACTIONS, -1)
+        logits = found.reshape(len(found), ACTIONS, support.size)
         chances = np.exp(logits - logits.max(axis=-1, keepdims=True))
         expected: Numbers = (chances @ support) / chances.sum(axis=-1)
         return expected

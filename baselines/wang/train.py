@@ -5,6 +5,7 @@ round k, so equal seeds give equal weights however many workers there are.
 """
 
 import json
+import pickle
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from pydantic import Field
+from pydantic import Field, PositiveInt, field_validator
 from rich import progress
 from rich.console import Console
 from stable_baselines3.common.logger import Logger, make_output_format
@@ -22,6 +23,7 @@ from stable_baselines3.common.logger import Logger, make_output_format
 from baselines.wang.dqn import DuelingPolicy, PrioritisedReplay, SpacesOnly, WangDQN
 from baselines.wang.policy import HIDDEN, Greedy, shapes
 from benchmark import catalogue
+from benchmark.errors import UsageError
 from benchmark.learning import weights as files
 from benchmark.learning.observation import Layout, size
 from benchmark.learning.rollout import Played, Rollout, Workers
@@ -47,7 +49,9 @@ class LearnerSettings(Table):
     """Deep Q-learning with the published ingredients (Wang et al.)."""
 
     steps: int = Field(gt=0, description="decisions of vehicles to learn from")
-    hidden: tuple[int, ...] = Field(HIDDEN, description="widths of the hidden layers")
+    hidden: tuple[PositiveInt, ...] = Field(
+        HIDDEN, min_length=1, description="widths of the hidden layers"
+    )
     atoms: int = Field(51, gt=0, description="of the distribution of returns; 1 learns the mean")
     value_range: tuple[float, float] = (-10.0, 10.0)
     discount: float = Field(0.99, ge=0, lt=1)
@@ -61,6 +65,13 @@ class LearnerSettings(Table):
     beta: float = Field(0.4, ge=0, description="how much of its bias is undone")
     exploration: float = Field(0.05, ge=0, le=1, description="chance of a random action, at last")
     exploring: float = Field(0.2, gt=0, le=1, description="share of the steps until then")
+
+    @field_validator("value_range")
+    @classmethod
+    def _rises(cls, bounds: tuple[float, float]) -> tuple[float, float]:
+        if bounds[0] >= bounds[1]:
+            raise ValueError(f"expected the lower bound first; got {bounds}")
+        return bounds
 
 
 class WangSettings(Table):
@@ -191,6 +202,8 @@ class _Run:
         played = [future.result() for future in turn.playing]
         before = self._decisions
         self._decisions += sum(len(t.actions) for one in played for t in one.trajectories)
+        if self._decisions == before:
+            raise UsageError("nobody decided in a whole round; give higher rates or more time")
         self._round += 1
         self._acting = self._snapshot()
         following = None
@@ -321,7 +334,12 @@ class _Run:
 
     def restore(self) -> None:
         """Continue from the checkpoint."""
-        content: dict[str, Any] = torch.load(self._folder.checkpoint, weights_only=True)
+        try:
+            content: dict[str, Any] = torch.load(self._folder.checkpoint, weights_only=True)
+        except (OSError, RuntimeError, pickle.UnpicklingError) as error:
+            raise UsageError(
+                f"{self._folder.checkpoint}: damaged; start anew with another --out"
+            ) from error
         replay, model = self._model.replay_buffer, self._model
         model.policy.load_state_dict(content["policy"])
         model.policy.optimizer.load_state_dict(content["optimizer"])

@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Self
@@ -157,8 +157,10 @@ class Workers:
     """
 
     def __init__(self, count: int) -> None:
+        from pebble import ProcessPool
+
         spawn = multiprocessing.get_context("spawn")
-        self._pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_attend_to_parent)
+        self._pool = ProcessPool(max_workers=count, context=spawn, initializer=_attend_to_parent)
 
     def __enter__(self) -> Self:
         return self
@@ -169,11 +171,12 @@ class Workers:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._pool.shutdown(cancel_futures=True)
+        self._pool.stop()  # type: ignore[no-untyped-call]  # what is still being played is of no use
+        self._pool.join()
 
     def play(self, rollouts: Sequence[Rollout], policy: Policy) -> list[Future[Played]]:
         """Start rollouts; the results come in their order."""
-        return [self._pool.submit(play, rollout, policy) for rollout in rollouts]
+        return [self._pool.schedule(play, args=(rollout, policy)) for rollout in rollouts]
 
 
 def _attend_to_parent() -> None:

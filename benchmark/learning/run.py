@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FrameType
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
 
 import benchmark
 from benchmark.errors import UsageError
@@ -32,6 +32,9 @@ FIRST_TRAINING_SEED = 10_000
 VALIDATION_SEEDS = range(1001, 2000)
 
 PACKAGES = ("eclipse-sumo", "numpy", "torch", "stable-baselines3", "gymnasium", "safetensors")
+
+Share = Annotated[float, Field(ge=0, le=1)]
+Reference = Annotated[str, Field(min_length=1)]
 
 Settings = TypeVar("Settings", bound=BaseModel)
 
@@ -58,15 +61,19 @@ Trainer = Callable[[Options], None]
 class Table(BaseModel):
     """A table of settings: frozen, unknown keys refused."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class TrainingTraffic(Table):
     """The episodes that are learnt from."""
 
-    scenarios: tuple[str, ...] = Field(description="shipped names, files or folders", min_length=1)
-    rates: tuple[float, ...] = Field(description="one is drawn for each episode", min_length=1)
-    demand: tuple[float, ...] = Field((1.0,), description="factors on the counts, one is drawn")
+    scenarios: tuple[Reference, ...] = Field(
+        description="shipped names, files or folders", min_length=1
+    )
+    rates: tuple[Share, ...] = Field(description="one is drawn for each episode", min_length=1)
+    demand: tuple[PositiveFloat, ...] = Field(
+        (1.0,), min_length=1, description="factors on the counts, one is drawn"
+    )
     duration: float = Field(600.0, gt=0, description="[s]")
     seeds: int = Field(200, gt=0, description="how many different demands are drawn from")
     episodes: int = Field(4, gt=0, description="episodes of a round, the scenarios by turns")
@@ -77,7 +84,7 @@ class Validation(Table):
     """The episodes that tell how good a policy is; never those of evaluation."""
 
     seeds: int = Field(2, gt=0, le=len(VALIDATION_SEEDS), description="from 1001 up")
-    rates: tuple[float, ...] = (0.4, 0.7, 1.0)
+    rates: tuple[Share, ...] = Field((0.4, 0.7, 1.0), min_length=1)
     rounds: int = Field(10, gt=0, description="rounds between two validations")
     gridlock: float = Field(300.0, description="[s] what a gridlocked episode counts as waiting")
 
@@ -214,17 +221,20 @@ class Folder:
     def _continue(self, manifest: Path) -> None:
         if not manifest.is_file() or not self.checkpoint.is_file():
             raise UsageError(f"{self.path}: no training run to resume; leave out --resume")
-        held = json.loads(manifest.read_text(encoding="utf-8"))
+        try:
+            held = json.loads(manifest.read_text(encoding="utf-8"))
+            self._spent = float(held["wall_time"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise UsageError(f"{manifest}: damaged; start anew with another --out") from error
         if held.get("finished"):
             raise UsageError(f"{self.path}: the training run there is finished")
         for key in ("name", "settings", "seed", "code", "versions"):
-            if held[key] != self._manifest[key]:
+            if held.get(key) != self._manifest[key]:
                 raise UsageError(
                     f"{self.path}: was made with another {key}; a run resumes only unchanged: "
-                    f"{_difference(held[key], self._manifest[key])}"
+                    f"{_difference(held.get(key), self._manifest[key])}"
                 )
-        self._spent = float(held["wall_time"])
-        self._manifest["command"] = held["command"]
+        self._manifest["command"] = held.get("command")
 
     def note(self, **facts: object) -> None:
         """Write the manifest, with further facts."""

@@ -87,8 +87,8 @@ def load(path: Path, shapes: Mapping[str, tuple[int, ...]], remedy: str) -> Weig
             f"{path}: the weights do not match the SHA-256 noted in the file: it was changed or "
             f"written by something else; {remedy}"
         )
-    return Weights(
-        arrays=arrays,
-        notes=json.loads(metadata["notes"]),
-        hash=found_digest,
-    )
+    try:
+        notes = json.loads(metadata["notes"])
+    except (KeyError, ValueError) as error:
+        raise ControllerError(f"{path}: the notes in the file are damaged; {remedy}") from error
+    return Weights(arrays, notes, found_digest)
