@@ -83,11 +83,10 @@ class Observer:
             blocked = {name: held_by_conflict(state, name) for name in {e.movement for e in egos}}
             found[:, -_EGO:] = [_on_ego(ego, blocked[ego.movement]) for ego in egos]
         paper = sum(_PAPER.values()) * _J
-        for row, ego in zip(found, egos, strict=True):
-            seen = traffic[views[ego.movement]]
-            row[:paper] = seen[:paper]
-            row[paper] = ego.distance / self._zone
-            row[paper + 1 : len(seen) + 1] = seen[paper:]
+        seen = traffic[[views[ego.movement] for ego in egos]]
+        found[:, :paper] = seen[:, :paper]
+        found[:, paper] = [ego.distance / self._zone for ego in egos]
+        found[:, paper + 1 : seen.shape[1] + 1] = seen[:, paper:]
         return np.clip(found, 0.0, 1.0, out=found)
 
     def _paper(self, state: TrafficState) -> Numbers:
