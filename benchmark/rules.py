@@ -216,5 +216,24 @@ def stopping_speed(distance: float, deceleration: float, step: float) -> float:
     return math.sqrt(change * change + 2 * deceleration * room) - change
 
 
+def undecided(state: TrafficState) -> list[Vehicle]:
+    """The RVs in the decision zone that Go and Stop would give different orders.
+
+    The others accelerate fully under both, being far from the entrance for their speed, or are
+    stopped under both, because the flexible arbitration would hold their Go back.
+    """
+    step, blocked = state.intersection.step, dict[str, bool]()
+    found = []
+    for vehicle in state.deciding:
+        fastest = vehicle.speed + vehicle.body.acceleration * step
+        if fastest <= stopping_speed(vehicle.distance, COMFORTABLE, step):
+            continue
+        if (movement := vehicle.movement) not in blocked:
+            blocked[movement] = held_by_conflict(state, movement)
+        if not (blocked[movement] and _can_stop(vehicle)):
+            found.append(vehicle)
+    return found
+
+
 def _can_stop(vehicle: Vehicle) -> bool:
     return vehicle.speed**2 / (2 * vehicle.body.deceleration) < vehicle.distance

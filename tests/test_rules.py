@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from benchmark.controller import Command, Drive, Go, Phase, Stop
 from benchmark.errors import ControllerError
-from benchmark.rules import STOP_MARGIN, Orders, Rules, stopping_speed
+from benchmark.rules import STOP_MARGIN, Orders, Rules, stopping_speed, undecided
 from benchmark.state import Body, Vehicle
 
 SIGNALISED = crossroads(phases={"N-C S-C": frozenset({"N-C", "S-C"})})
@@ -217,6 +217,28 @@ def test_a_clearance_lapses_with_a_step_without_go() -> None:
     for command in (Go(), Stop()):
         decide([near], {"rv": command}, of)
     assert decide([near, crossing("E-C", 0)], {"rv": Go()}, of).held_back == {"rv"}
+
+
+@given(
+    distance=st.floats(0, 30),
+    speed=st.floats(0, 16),
+    inside=st.sampled_from([None, "E-C", "S-C"]),
+    first=st.sampled_from([Go(), Stop()]),
+)
+def test_where_a_decision_is_not_asked_for_go_and_stop_are_the_same_order(
+    distance: float, speed: float, inside: str | None, first: Command
+) -> None:
+    rv = vehicle("rv", distance=distance, speed=speed)
+    who = [rv] if inside is None else [rv, crossing(inside, 0)]
+    before = vehicle("rv", distance=distance + speed, speed=speed)
+    speeds = []
+    for command in (Go(), Stop()):
+        decide([before], {"rv": first}, of := rules())
+        speeds.append(decide(who, {"rv": command}, of).speeds["rv"])
+    if not undecided(state(*who, where=SIGNALISED)):
+        assert speeds[0] == speeds[1]
+    elif inside != "E-C":
+        assert speeds[0] > speeds[1]
 
 
 @pytest.mark.parametrize("command", [Go(), Drive(2.6)])

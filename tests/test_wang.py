@@ -92,6 +92,14 @@ def test_the_numpy_policy_computes_what_the_torch_network_does(atoms: int) -> No
     assert np.array_equal(Greedy(arrays)(seen), wanted.argmax(axis=1))
 
 
+def test_few_rows_and_many_get_the_same_actions() -> None:
+    policy = Wang()._policy
+    seen = np.random.default_rng(2).random((30, size("paper")), dtype=np.float32)
+    few = [action for row in range(0, 30, 2) for action in policy(seen[row : row + 2])]
+    assert few == policy(seen).tolist()
+    assert 0 < sum(few) < len(few)
+
+
 @pytest.mark.parametrize("atoms", [1, 51])
 def test_where_nobody_decides_the_numpy_policy_decides_nothing(atoms: int) -> None:
     arrays = {name: one.numpy() for name, one in learner(atoms).q_net.state_dict().items()}

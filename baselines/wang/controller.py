@@ -1,6 +1,6 @@
 """Wang et al.'s learned Go/Stop controllers, with the weights that ship."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import ClassVar
@@ -10,7 +10,8 @@ from benchmark.controller import Command, Controller, Go, Stop
 from benchmark.intersection import Intersection
 from benchmark.learning.observation import Layout, Observer
 from benchmark.learning.weights import Weights, load
-from benchmark.state import TrafficState
+from benchmark.rules import undecided
+from benchmark.state import TrafficState, Vehicle
 
 SHIPPED = Path(__file__).parent / "weights"
 
@@ -42,11 +43,15 @@ class Wang(Controller):
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """Go or Stop for every RV that decides, in one forward pass."""
-        egos = state.deciding
-        if not egos:
-            return {}
-        actions = self._policy(self._observer.observe(state, egos))
-        return {ego.id: Go() if go else Stop() for ego, go in zip(egos, actions, strict=True)}
+        commands: dict[str, Command] = {ego.id: Stop() for ego in state.deciding}
+        if egos := self._to_ask(state):
+            actions = self._policy(self._observer.observe(state, egos))
+            commands |= {ego.id: Go() for ego, go in zip(egos, actions, strict=True) if go}
+        return commands
+
+    def _to_ask(self, state: TrafficState) -> Sequence[Vehicle]:
+        """The RVs whose decision moves them; to ask the others is slow and changes nothing."""
+        return undecided(state)
 
 
 class WangTuned(Wang):
@@ -54,6 +59,10 @@ class WangTuned(Wang):
 
     NAME = "wang-tuned"
     LAYOUT = "extended"
+
+    def _to_ask(self, state: TrafficState) -> Sequence[Vehicle]:
+        """All: what an RV decided before is part of what it observes (``held_back``)."""
+        return state.deciding
 
 
 @cache
