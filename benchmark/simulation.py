@@ -143,6 +143,7 @@ class Simulation:
             length=api.getLength(vehicle),
             acceleration=api.getAccel(vehicle),
             deceleration=api.getDecel(vehicle),
+            maximum_speed=api.getMaxSpeed(vehicle),
         )
 
     def paint(self, vehicle: str, is_robot: bool) -> None:

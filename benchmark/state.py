@@ -23,6 +23,7 @@ class Body(NamedTuple):
     length: float  # m
     acceleration: float  # m/s2, greatest
     deceleration: float  # m/s2, greatest in service; positive
+    maximum_speed: float  # m/s, or the scenario's cap where that is lower
 
 
 class Vehicle(NamedTuple):

@@ -110,7 +110,7 @@ def parsed(changes: Mapping[str, Any] | None = None) -> Scenario:
 # --- traffic without SUMO --------------------------------------------------------------------
 
 WAY_LENGTH = 20.0  # m
-CAR = Body("car", length=5.0, acceleration=2.6, deceleration=4.5)
+CAR = Body("car", length=5.0, acceleration=2.6, deceleration=4.5, maximum_speed=15.0)
 
 
 def crossroads(conflicts: Collection[frozenset[str]] | None = None, **facts: Any) -> Intersection:

@@ -351,7 +351,7 @@ def test_a_stop_brings_an_rv_to_rest_at_the_line(
 
 
 def test_a_stop_brakes_comfortably_where_there_is_room() -> None:
-    lorry = Body("truck", length=12.0, acceleration=1.3, deceleration=4.0)
+    lorry = Body("truck", length=12.0, acceleration=1.3, deceleration=4.0, maximum_speed=12.0)
     rv = vehicle("rv", "N-C", distance=30.0, speed=9.0, body=lorry)
     of, speeds = rules(), [9.0]
     while rv.speed > 0.1:

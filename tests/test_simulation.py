@@ -163,7 +163,7 @@ def test_the_zone_reaches_upstream_of_the_turn_bay() -> None:
 def test_a_body_is_what_the_class_says(start: Start) -> None:
     with start(("a", "N-C", 0)) as simulation:
         simulation.step()
-        assert simulation.body("a") == Body("car", length=5.0, acceleration=2.6, deceleration=4.5)
+        assert simulation.body("a") == Body("car", 5.0, 2.6, 4.5, maximum_speed=10.0)
 
 
 # --- steering ----------------------------------------------------------------------------------
