@@ -197,7 +197,11 @@ def signal(scenario: OneScenario) -> None:
 def run(
     scenario: Scenarios = None,
     controller: Annotated[
-        list[str] | None, typer.Option("--controller", help="Repeatable; default: all installed.")
+        list[str] | None,
+        typer.Option(
+            "--controller",
+            help="Repeatable; NAME or NAME?option=value&option=value; default: all installed.",
+        ),
     ] = None,
     rate: Annotated[
         list[float] | None,
@@ -390,7 +394,7 @@ def capacity(
 @app.command()
 def watch(
     scenario: OneScenario,
-    controller: Annotated[str, typer.Option(help="Name of an installed controller.")],
+    controller: Annotated[str, typer.Option(help="NAME or NAME?option=value.")],
     rate: Annotated[float, typer.Option(min=0, max=1, help="Penetration rate.")] = 0.5,
     seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED)] = 1,
 ) -> None:

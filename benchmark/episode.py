@@ -18,7 +18,7 @@ class Episode:
     """What is to be run."""
 
     scenario: Scenario
-    controller: str
+    controller: str  # its name, with options as ``benchmark.plugins.find`` reads them
     rate: float | None  # None where the controller commands no vehicle
     seed: int
 
@@ -59,14 +59,15 @@ def run(episode: Episode, *, window: bool = False) -> Record:
         RightOfWayError: the scenario itself cannot be run.
     """
     began = clock.perf_counter()
-    kind = plugins.load(episode.controller)
+    plugin = plugins.find(episode.controller)
+    kind = plugin.kind
     facts = {
         "rules": kind.rules,
         "arbitration": kind.arbitration if kind.rules == "robot vehicles" else None,
         "controller_from": plugins.provenance(episode.controller),
     }
     try:
-        controllers = Guard(kind, episode.scenario)
+        controllers = Guard(plugin, episode.scenario)
         if reason := controllers.unsupported:
             return episode.record("skipped", reason=reason, **facts)
         found = _record(episode, controllers, facts, window=window)

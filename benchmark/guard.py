@@ -6,6 +6,7 @@ from pathlib import Path
 from benchmark.controller import Controller
 from benchmark.errors import RightOfWayError
 from benchmark.network import Junction
+from benchmark.plugins import Plugin
 from benchmark.rules import Orders, Rules
 from benchmark.scenario import Scenario
 from benchmark.state import TrafficState
@@ -30,15 +31,15 @@ class Guard:
     """An episode's controller: one object per junction, every call guarded.
 
     Args:
-        kind: the controller's class.
+        plugin: the controller.
         scenario: what it is to run on; ``unsupported`` says why not, ``signal`` what SUMO runs.
 
     Raises:
         ControllerFailedError: from here and from every method, where the controller raised.
     """
 
-    def __init__(self, kind: type[Controller], scenario: Scenario) -> None:
-        self.kind = kind
+    def __init__(self, plugin: Plugin, scenario: Scenario) -> None:
+        self._plugin, self.kind = plugin, plugin.kind
         scenario = scenario.model_copy(deep=True)  # a controller may do to it what it likes
         self._first = self._new()
         self._by_junction: dict[str, Controller] = {}
@@ -46,7 +47,7 @@ class Guard:
             self.unsupported = self._first.supports(scenario)
             self.weights_hash = self._first.weights_hash
             self.signal = None
-            if kind.rules == "signals" and self.unsupported is None:
+            if self.kind.rules == "signals" and self.unsupported is None:
                 self.signal = self._first.signal(scenario)
                 if self.signal is None:
                     raise TypeError("signal returned None where signals rule")
@@ -57,7 +58,7 @@ class Guard:
 
     def _new(self) -> Controller:
         try:
-            return self.kind()
+            return self._plugin.new()
         except RightOfWayError:
             raise
         except FAULTS as error:

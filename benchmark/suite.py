@@ -1,6 +1,5 @@
 """Many runs: which episodes a study holds, and worker processes that run them."""
 
-import multiprocessing
 import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, as_completed
@@ -10,6 +9,7 @@ from benchmark.episode import Episode, run
 from benchmark.errors import RightOfWayError
 from benchmark.record import Record
 from benchmark.scenario import Scenario
+from benchmark.workers import pool
 
 TIME_LIMIT = 600.0  # s of wall time for one episode
 
@@ -27,18 +27,18 @@ def episodes(
 
     Args:
         scenarios: what to run on.
-        controllers: names of installed controllers.
+        controllers: names of installed controllers, with options or without.
         rates: penetration rates; None takes each scenario's own.
         seeds: None takes each scenario's own.
 
     Raises:
-        ControllerError: a controller is unknown or cannot be imported.
+        ControllerError: a controller is unknown, cannot be imported or has no such option.
     """
-    kinds = {name: plugins.load(name) for name in controllers}
+    found = {one.reference: one.kind for one in map(plugins.find, controllers)}
     return [
         Episode(scenario, name, rate, seed)
         for scenario in scenarios
-        for name, kind in kinds.items()
+        for name, kind in found.items()
         for rate in (
             (rates or scenario.evaluation.penetration_rates)
             if kind.needs_robot_vehicles
@@ -70,26 +70,22 @@ def run_all(
 
     Args:
         chosen: what to run.
-        workers: processes side by side; libsumo holds one simulation each.
+        workers: processes side by side.
         time_limit: wall time for one episode [s].
     """
-    from pebble import ProcessPool
-
-    context = multiprocessing.get_context("spawn")
     with (
         tempfile.TemporaryDirectory(prefix="rightofway-") as folder,
-        ProcessPool(
-            max_workers=workers, context=context, initializer=_keep_files_in, initargs=[folder]
-        ) as pool,
+        pool(workers, _keep_files_in, folder) as started,
     ):
         futures: dict[Future[Record], Episode] = {
-            pool.schedule(run, args=(episode,), timeout=time_limit): episode for episode in chosen
+            started.schedule(run, args=(episode,), timeout=time_limit): episode
+            for episode in chosen
         }
         try:
             for future in as_completed(futures):
                 yield _record(future, futures[future], time_limit)
         except BaseException:  # the caller stops early, by Ctrl-C for one
-            pool.stop()  # type: ignore[no-untyped-call]
+            started.stop()  # type: ignore[no-untyped-call]
             raise
 
 

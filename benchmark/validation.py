@@ -9,8 +9,11 @@ from pydantic import BaseModel, ValidationError
 _PROSE = {
     "missing": "this key is required",
     "float_type": "expected a number",
+    "float_parsing": "expected a number",
     "int_type": "expected a whole number",
+    "int_parsing": "expected a whole number",
     "bool_type": "expected true or false",
+    "bool_parsing": "expected true or false",
     "string_type": "expected a text in quotes",
     "tuple_type": "expected a list in [ ]",
     "dict_type": "expected a table",

@@ -4,10 +4,6 @@ The unit of learning is a vehicle's trajectory: from its first decision to the l
 other vehicle in it and no padding.
 """
 
-import multiprocessing
-import os
-import signal
-import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -20,6 +16,7 @@ import numpy.typing as npt
 from benchmark.learning.observation import Layout, Numbers
 from benchmark.learning.traffic import Moment, Reward, Traffic
 from benchmark.scenario import Scenario
+from benchmark.workers import pool
 
 Actions = npt.NDArray[np.int64]
 
@@ -150,17 +147,14 @@ class _Path:
 
 
 class Workers:
-    """Processes that play rollouts; a context manager. libsumo holds one simulation in each.
+    """Processes that play rollouts; a context manager.
 
     Args:
         count: how many.
     """
 
     def __init__(self, count: int) -> None:
-        from pebble import ProcessPool
-
-        spawn = multiprocessing.get_context("spawn")
-        self._pool = ProcessPool(max_workers=count, context=spawn, initializer=_attend_to_parent)
+        self._pool = pool(count)
 
     def __enter__(self) -> Self:
         return self
@@ -177,16 +171,3 @@ class Workers:
     def play(self, rollouts: Sequence[Rollout], policy: Policy) -> list[Future[Played]]:
         """Start rollouts; the results come in their order."""
         return [self._pool.schedule(play, args=(rollout, policy)) for rollout in rollouts]
-
-
-def _attend_to_parent() -> None:
-    """Leave Ctrl-C, which reaches the whole process group, to the parent; end when it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def wait() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()

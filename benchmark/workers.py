@@ -1,0 +1,61 @@
+"""Worker processes: libsumo holds one simulation in each."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
+
+
+def pool(count: int, initializer: Callable[..., None] | None = None, *given: Any) -> "ProcessPool":
+    """Started worker processes that end when this process ends.
+
+    Ctrl-C reaches a whole process group; it is this process's to answer, and the workers, even
+    those that are only starting, do not hear it.
+
+    Args:
+        count: how many.
+        initializer: to be called in each worker first.
+        given: its arguments.
+    """
+    from pebble import ProcessPool
+
+    context = multiprocessing.get_context("spawn")
+    found = ProcessPool(count, initializer=_begin, initargs=(initializer, *given), context=context)
+    with _interrupts_held_back():
+        assert found.active  # to ask starts it
+    return found
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Threads and processes that start meanwhile never hear Ctrl-C; this thread hears it later."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows: workers hear it until ``_begin``
+        yield
+        return
+    resource_tracker.ensure_running()  # it would let interrupts through again when it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(initializer: Callable[..., None] | None, *given: Any) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    if initializer is not None:
+        initializer(*given)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

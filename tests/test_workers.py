@@ -1,0 +1,26 @@
+"""Worker processes: they leave Ctrl-C to their parent."""
+
+import subprocess
+import sys
+
+SCRIPT = """
+import os, signal
+from benchmark.workers import pool
+
+if __name__ == "__main__":
+    heard = []
+    signal.signal(signal.SIGINT, lambda *_: heard.append(1))
+    with pool(2) as workers:
+        for _ in range(20):  # most of them while the workers are only starting
+            os.killpg(0, signal.SIGINT)
+            workers.schedule(abs, args=(-1,)).add_done_callback(lambda one: print(one.result()))
+    print(len(heard) > 0)
+"""
+
+
+def test_workers_do_not_hear_ctrl_c_even_while_they_start() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], capture_output=True, text=True, start_new_session=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == ["1"] * 20 + ["True"]
