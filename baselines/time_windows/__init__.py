@@ -1,0 +1,1 @@
+"""Time windows on conflict stretches: a rule that nobody trained."""

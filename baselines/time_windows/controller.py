@@ -1,0 +1,178 @@
+"""Time windows: an RV enters when its windows on all conflict stretches are free."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import ClassVar, Literal
+
+from baselines.time_windows.lane_changes import lane_changes, speeding_up
+from baselines.time_windows.prediction import Predictor
+from baselines.time_windows.queues import MARGIN, Platoon, Queue, survey
+from baselines.time_windows.ranking import Ranking, Weights
+from baselines.time_windows.reservations import Ledger, Margins
+from baselines.time_windows.stretches import lane_conflicts, movement_conflicts
+from benchmark.controller import Command, Controller, Drive
+from benchmark.intersection import Intersection
+from benchmark.rules import stopping_speed
+from benchmark.state import TrafficState, Vehicle
+
+SLOT = 1.0  # s between two later slots
+
+
+class TimeWindows(Controller):
+    """RVs reserve time windows where ways meet; a rule that needs no training and no lights.
+
+    docs/time-windows.md explains the rule. The defaults come from a search on validation seeds.
+
+    Args:
+        clearance: ways conflict where their centre lines are closer than this [m].
+        stretches: windows on the stretches where lanes' ways meet, or on whole ways of
+            conflicting movements.
+        after: margin behind the end of a reserved window [s].
+        before: margin ahead of the start of a reserved window [s].
+        growth: seconds by which windows widen for each second of look-ahead [1].
+        yielding: an HV that arrives this much later stops for who is inside by then [s].
+        acceleration: with which vehicles are expected to speed up [m/s2].
+        headway: least time between two vehicles of a lane at the entrance [s].
+        creeping: a vehicle inside that is slower than this may be held up [m/s].
+        creeping_delay: by how much later it may then leave [s].
+        look_ahead: vehicles that arrive later than this do not count yet [s].
+        waiting_weight: vehicles that a second of waiting is worth in a lane's rank [1/s].
+        longest_waiting: waiting counts up to this [s].
+        flowing: factor of a lane's rank while its movement flows [1].
+        joining: factor for a movement that could join those that flow [1].
+        green: for how long a movement flows with its factor [s].
+        green_gap: without an accepted RV for this long, a movement flows no more [s].
+        patience: everybody makes way for a lane's first RV after it was refused this long [s].
+        later_slots: how many refused RVs may book a later slot.
+        latest_slot: how much later a slot may be [s].
+        braking: with which a refused RV brakes [m/s2].
+        spread: whether RVs change lanes to lead one that no RV leads.
+        spread_from: but no closer to the entrance than this [m].
+        spread_gap: nor where a vehicle of that lane is closer than this, front to front [m].
+    """
+
+    arbitration: ClassVar[Literal["flexible", "own"]] = "own"
+
+    def __init__(
+        self,
+        *,
+        clearance: float = 2.8,
+        stretches: Literal["lanes", "movements"] = "lanes",
+        after: float = 1.4,
+        before: float = 2.0,
+        growth: float = 0.0,
+        yielding: float = 2.0,
+        acceleration: float = 2.0,
+        headway: float = 1.3,
+        creeping: float = 3.0,
+        creeping_delay: float = 4.0,
+        look_ahead: float = 10.0,
+        waiting_weight: float = 0.1,
+        longest_waiting: float = 60.0,
+        flowing: float = 6.0,
+        joining: float = 4.0,
+        green: float = 20.0,
+        green_gap: float = 4.0,
+        patience: float = 180.0,
+        later_slots: int = 3,
+        latest_slot: float = 6.0,
+        braking: float = 2.5,
+        spread: bool = True,
+        spread_from: float = 20.0,
+        spread_gap: float = 8.0,
+    ) -> None:
+        self._clearance, self._stretches = clearance, stretches
+        self._prediction = (acceleration, headway, creeping, creeping_delay)
+        self._look_ahead, self._braking = look_ahead, braking
+        self._margins = Margins(after, before, growth, look_ahead, yielding)
+        self._weights = Weights(
+            *(waiting_weight, longest_waiting, flowing, joining, green, green_gap, patience)
+        )
+        self._later_slots = later_slots
+        self._delays = [SLOT * slot for slot in range(1, int(latest_slot / SLOT) + 1)]
+        self._spread, self._spread_from, self._spread_gap = spread, spread_from, spread_gap
+
+    def reset(self, intersection: Intersection, seed: int) -> None:
+        """Look at an intersection and forget what flowed."""
+        self._intersection = intersection
+        conflicts = (
+            lane_conflicts(intersection, self._clearance)
+            if self._stretches == "lanes"
+            else movement_conflicts(intersection)
+        )
+        self._ways = {
+            (movement, way.lane): index
+            for index, (movement, way) in enumerate(
+                zip(conflicts.movements, conflicts.ways, strict=True)
+            )
+        }
+        self._predictor = Predictor(conflicts, *self._prediction)
+        self._ranking = Ranking(intersection, self._weights)
+
+    def act(self, state: TrafficState) -> Mapping[str, Command]:
+        """Refused RVs brake, some change lanes, and all others drive by themselves."""
+        now = survey(state, self._ways, self._predictor, self._look_ahead)
+        if not any(queue.platoons for queue in now.queues):
+            self._ranking.remember([], [], state.time)
+            return {}
+        ledger = Ledger(self._predictor.windows(now.passages), self._margins)
+        ledger.reserve(now.committed)
+        accepted, refused = self._decide(ledger, now.queues, state.time)
+        commands: dict[str, Command] = dict(self._brake(refused))
+        if self._spread:
+            decided = {vehicle.id for vehicle in (*accepted, *refused)}
+            commands |= self._change_lanes(now.queues, decided)
+        return commands
+
+    def _decide(
+        self, ledger: Ledger, queues: Sequence[Queue], time: float
+    ) -> tuple[list[Vehicle], list[Vehicle]]:
+        """The RVs that are accepted, and the first one of each lane that is refused."""
+        accepted: list[Vehicle] = []
+        refused: list[Vehicle] = []
+        heads: list[Vehicle] = []
+        slots = self._later_slots
+        for queue in self._ranking.order(queues, time):
+            first = queue.platoons[0]
+            for platoon in queue.platoons:
+                if _free(ledger, platoon):
+                    ledger.reserve(_bits(platoon))
+                    accepted.append(platoon.leader)
+                    continue
+                refused.append(platoon.leader)
+                if platoon is first:
+                    heads.append(platoon.leader)
+                    if self._ranking.overdue(queue, time):
+                        ledger.clear_the_way(platoon.index)
+                    elif slots and ledger.book(platoon.index, self._delays) is not None:
+                        slots -= 1
+                break
+        self._ranking.remember(accepted, heads, time)
+        return accepted, refused
+
+    def _brake(self, refused: Sequence[Vehicle]) -> Iterator[tuple[str, Command]]:
+        step = self._intersection.step
+        for vehicle in refused:
+            wanted = stopping_speed(vehicle.distance - MARGIN, self._braking, step)
+            change = (wanted - vehicle.speed) / step
+            if change < vehicle.body.acceleration:
+                yield vehicle.id, Drive(max(change, -vehicle.body.deceleration))
+
+    def _change_lanes(
+        self, queues: Sequence[Queue], stay: set[str]
+    ) -> Iterator[tuple[str, Command]]:
+        lanes, step = self._intersection.lanes, self._intersection.step
+        for vehicle, side in lane_changes(
+            self._intersection, queues, stay, self._spread_from, self._spread_gap
+        ):
+            yield vehicle.id, Drive(speeding_up(vehicle, lanes, step), side)
+
+
+def _free(ledger: Ledger, platoon: Platoon) -> bool:
+    """Whether an RV can pass, and the HV behind it, which nobody could hold back then."""
+    return ledger.free(platoon.index) and (
+        not platoon.followers or ledger.free(platoon.followers[0])
+    )
+
+
+def _bits(platoon: Platoon) -> int:
+    return sum(1 << index for index in (platoon.index, *platoon.followers))
