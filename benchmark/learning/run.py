@@ -31,7 +31,15 @@ FIRST_TRAINING_SEED = 10_000
 
 VALIDATION_SEEDS = range(1001, 2000)
 
-PACKAGES = ("eclipse-sumo", "numpy", "torch", "stable-baselines3", "gymnasium", "safetensors")
+PACKAGES = (
+    "eclipse-sumo",
+    "numpy",
+    "torch",
+    "stable-baselines3",
+    "gymnasium",
+    "safetensors",
+    "optuna",
+)
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Reference = Annotated[str, Field(min_length=1)]
@@ -181,16 +189,20 @@ class Folder:
 
     Args:
         options: ``out`` is the folder.
+        name: of what is trained.
         settings: all of the run's settings.
+        checkpoint: name of the file that a run resumes from.
 
     Raises:
         UsageError: there is a run already and ``resume`` was not asked for, or the other way
             round, or the run there has other settings.
     """
 
-    def __init__(self, options: Options, name: str, settings: BaseModel) -> None:
+    def __init__(
+        self, options: Options, name: str, settings: BaseModel, checkpoint: str = "checkpoint.pt"
+    ) -> None:
         self.path = options.out
-        self.checkpoint = self.path / "checkpoint.pt"
+        self.checkpoint = self.path / checkpoint
         self._began = time.perf_counter()
         self._spent = 0.0
         plain = settings.model_dump(mode="json")
