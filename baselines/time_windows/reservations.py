@@ -67,7 +67,11 @@ class Ledger:
 
     def free(self, vehicle: int) -> bool:
         """Whether a vehicle's windows keep their margins to all that is reserved or booked."""
-        return not (self._clashes[vehicle] & self._reserved or self._barred >> vehicle & 1)
+        return not (self.in_the_way(vehicle) or self._barred >> vehicle & 1)
+
+    def in_the_way(self, vehicle: int) -> int:
+        """The vehicles whose reserved windows its own come too close to."""
+        return self._clashes[vehicle] & self._reserved
 
     def book(self, vehicle: int, delays: Sequence[float]) -> float | None:
         """Book the first later slot in which a vehicle's windows are free.
@@ -79,7 +83,7 @@ class Ledger:
         Returns:
             The delay of the slot; None if none is free.
         """
-        others = np.array([*_members(self._reserved & self._meeting[vehicle])], dtype=np.intp)
+        others = np.array([*members(self._reserved & self._meeting[vehicle])], dtype=np.intp)
         clashes = self._clash(vehicle, others, np.asarray(delays)[:, None])
         for delay, clash in zip(delays, np.any(clashes, axis=1).tolist(), strict=True):
             if not clash and not any(
@@ -104,7 +108,8 @@ def _bits(rows: npt.NDArray[np.bool_]) -> list[int]:
     return [int.from_bytes(row.tobytes(), "little") for row in packed]
 
 
-def _members(bits: int) -> Iterator[int]:
+def members(bits: int) -> Iterator[int]:
+    """The vehicles of a set."""
     while bits:
         lowest = bits & -bits
         yield lowest.bit_length() - 1

@@ -13,7 +13,7 @@ from rich import progress
 from rich.console import Console
 
 from baselines.time_windows.controller import TimeWindows
-from benchmark import catalogue, suite
+from benchmark import catalogue, plugins, suite
 from benchmark.episode import Episode, run
 from benchmark.errors import UsageError
 from benchmark.learning.run import (
@@ -180,6 +180,8 @@ class Scorer:
     def __init__(
         self, settings: SearchSettings, scenarios: Sequence[Scenario], workers: "ProcessPool"
     ) -> None:
+        if plugins.load(settings.reference).needs_robot_vehicles:
+            raise UsageError(f'reference: "{settings.reference}" needs RVs; choose a signal')
         self.settings = settings
         self._scenarios, self._workers = scenarios, workers
         seeds = VALIDATION_SEEDS[: settings.seeds + settings.final_seeds]
