@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, Literal
 
+from pydantic import NonNegativeFloat, NonNegativeInt, PositiveFloat
+
 from baselines.time_windows.lane_changes import lane_changes, speeding_up
 from baselines.time_windows.prediction import Predictor
 from baselines.time_windows.queues import MARGIN, Platoon, Queue, survey
@@ -35,6 +37,8 @@ class TimeWindows(Controller):
         creeping: a vehicle inside that is slower than this may be held up [m/s].
         creeping_delay: by how much later it may then leave [s].
         look_ahead: vehicles that arrive later than this do not count yet [s].
+        followers: how many HVs behind an RV must be able to pass as well; nobody could hold
+            them back then.
         waiting_weight: vehicles that a second of waiting is worth in a lane's rank [1/s].
         longest_waiting: waiting counts up to this [s].
         flowing: factor of a lane's rank while its movement flows [1].
@@ -55,34 +59,35 @@ class TimeWindows(Controller):
     def __init__(
         self,
         *,
-        clearance: float = 2.8,
+        clearance: PositiveFloat = 2.8,
         stretches: Literal["lanes", "movements"] = "lanes",
-        after: float = 0.6,
-        before: float = 1.8,
-        growth: float = 0.16,
-        yielding: float = 1.5,
-        acceleration: float = 1.8,
-        headway: float = 2.0,
-        creeping: float = 1.0,
-        creeping_delay: float = 5.5,
-        look_ahead: float = 14.0,
-        waiting_weight: float = 0.22,
-        longest_waiting: float = 100.0,
-        flowing: float = 2.0,
-        joining: float = 6.0,
-        green: float = 15.0,
-        green_gap: float = 3.0,
-        patience: float = 210.0,
-        later_slots: int = 5,
-        latest_slot: float = 3.0,
-        braking: float = 2.5,
+        after: NonNegativeFloat = 0.6,
+        before: NonNegativeFloat = 1.8,
+        growth: NonNegativeFloat = 0.16,
+        yielding: NonNegativeFloat = 1.5,
+        acceleration: PositiveFloat = 1.8,
+        headway: NonNegativeFloat = 2.0,
+        creeping: NonNegativeFloat = 1.0,
+        creeping_delay: NonNegativeFloat = 5.5,
+        look_ahead: PositiveFloat = 14.0,
+        followers: NonNegativeInt = 1,
+        waiting_weight: NonNegativeFloat = 0.22,
+        longest_waiting: NonNegativeFloat = 100.0,
+        flowing: NonNegativeFloat = 2.0,
+        joining: NonNegativeFloat = 6.0,
+        green: NonNegativeFloat = 15.0,
+        green_gap: NonNegativeFloat = 3.0,
+        patience: NonNegativeFloat = 210.0,
+        later_slots: NonNegativeInt = 5,
+        latest_slot: NonNegativeFloat = 3.0,
+        braking: PositiveFloat = 2.5,
         spread: bool = True,
-        spread_from: float = 15.0,
-        spread_gap: float = 8.5,
+        spread_from: NonNegativeFloat = 15.0,
+        spread_gap: NonNegativeFloat = 8.5,
     ) -> None:
         self._clearance, self._stretches = clearance, stretches
         self._prediction = (acceleration, headway, creeping, creeping_delay)
-        self._look_ahead, self._braking = look_ahead, braking
+        self._look_ahead, self._braking, self._followers = look_ahead, braking, followers
         self._margins = Margins(after, before, growth, look_ahead, yielding)
         self._weights = Weights(
             *(waiting_weight, longest_waiting, flowing, joining, green, green_gap, patience)
@@ -134,7 +139,7 @@ class TimeWindows(Controller):
         for queue in self._ranking.order(queues, time):
             first = queue.platoons[0]
             for platoon in queue.platoons:
-                if _free(ledger, platoon):
+                if self._can_pass(ledger, platoon):
                     ledger.reserve(_bits(platoon))
                     accepted.append(platoon.leader)
                     continue
@@ -148,6 +153,11 @@ class TimeWindows(Controller):
                 break
         self._ranking.remember(accepted, heads, time)
         return accepted, refused
+
+    def _can_pass(self, ledger: Ledger, platoon: Platoon) -> bool:
+        """Whether an RV can pass, and the HVs behind it that count."""
+        counting = (platoon.index, *platoon.followers[: self._followers])
+        return all(ledger.free(index) for index in counting)
 
     def _brake(self, refused: Sequence[Vehicle]) -> Iterator[tuple[str, Command]]:
         step = self._intersection.step
@@ -165,13 +175,6 @@ class TimeWindows(Controller):
             self._intersection, queues, stay, self._spread_from, self._spread_gap
         ):
             yield vehicle.id, Drive(speeding_up(vehicle, lanes, step), side)
-
-
-def _free(ledger: Ledger, platoon: Platoon) -> bool:
-    """Whether an RV can pass, and the HV behind it, which nobody could hold back then."""
-    return ledger.free(platoon.index) and (
-        not platoon.followers or ledger.free(platoon.followers[0])
-    )
 
 
 def _bits(platoon: Platoon) -> int:

@@ -83,13 +83,15 @@ class Ledger:
         Returns:
             The delay of the slot; None if none is free.
         """
-        others = np.array([*members(self._reserved & self._meeting[vehicle])], dtype=np.intp)
-        clashes = self._clash(vehicle, others, np.asarray(delays)[:, None])
-        for delay, clash in zip(delays, np.any(clashes, axis=1).tolist(), strict=True):
-            if not clash and not any(
-                self._clash(vehicle, other, delay - its_delay)
-                for other, its_delay in self._bookings
-            ):
+        others = [*members(self._reserved & self._meeting[vehicle])]
+        later = [0.0] * len(others)
+        for other, delay in self._bookings:
+            others.append(other)
+            later.append(delay)
+        relative = np.asarray(delays)[:, None] - np.array(later)
+        clashes = self._clash(vehicle, np.array(others, dtype=np.intp), relative)
+        for delay, taken in zip(delays, np.any(clashes, axis=1).tolist(), strict=True):
+            if not taken:
                 self._bookings.append((vehicle, delay))
                 everybody = np.arange(len(self._arrival))
                 (barred,) = _bits(self._clash(everybody, vehicle, -delay)[None])
