@@ -114,7 +114,9 @@ def _options(kind: type[Controller]) -> type[BaseModel]:
         one.name: (Any if one.annotation is one.empty else one.annotation, one.default)
         for one in named
     }
-    return create_model("Options", __config__=ConfigDict(extra="forbid"), **fields)
+    return create_model(
+        "Options", __config__=ConfigDict(extra="forbid", allow_inf_nan=False), **fields
+    )
 
 
 def load_trainer(name: str) -> Callable[[Any], None]:
