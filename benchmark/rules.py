@@ -168,7 +168,7 @@ class Rules:
             conflicts[vehicle.movement] = held_by_conflict(state, vehicle.movement)
         if not conflicts[vehicle.movement]:
             return True
-        return vehicle.id in self._cleared and not _can_stop(vehicle)
+        return vehicle.id in self._cleared and not can_stop(vehicle)
 
     # --- what commands mean ----------------------------------------------------------------
 
@@ -230,10 +230,11 @@ def undecided(state: TrafficState) -> list[Vehicle]:
             continue
         if (movement := vehicle.movement) not in blocked:
             blocked[movement] = held_by_conflict(state, movement)
-        if not (blocked[movement] and _can_stop(vehicle)):
+        if not (blocked[movement] and can_stop(vehicle)):
             found.append(vehicle)
     return found
 
 
-def _can_stop(vehicle: Vehicle) -> bool:
+def can_stop(vehicle: Vehicle) -> bool:
+    """Whether braking as hard as it can would end before the entrance."""
     return vehicle.speed**2 / (2 * vehicle.body.deceleration) < vehicle.distance

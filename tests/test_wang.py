@@ -357,11 +357,11 @@ def test_rewards_are_the_waiting_of_the_own_movement_and_the_penalty() -> None:
     with Traffic(smoke("crossing"), 0.8, 10_001, reward=reward, gridlock_after=1e9) as traffic:
         moment, held, checked = traffic.first(), 0, 0
         while not moment.over:
-            before = traffic._state
+            before = traffic.state
             actions = {one.id: (GO, STOP)[i % 2] for i, one in enumerate(moment.egos)}
             movements = {one.id: one.movement for one in moment.egos}
             moment = traffic.step(actions)
-            now = traffic._state
+            now = traffic.state
             standing = sum(one.speed < 0.1 for one in now.vehicles)
             blocked = {one.id for one in now.vehicles if one.held_back}
             for name, decision in moment.followed.items():

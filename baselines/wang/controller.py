@@ -43,11 +43,15 @@ class Wang(Controller):
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """Go or Stop for every RV that decides, in one forward pass."""
-        commands: dict[str, Command] = {ego.id: Stop() for ego in state.deciding}
-        if egos := self._to_ask(state):
-            actions = self._policy(self._observer.observe(state, egos))
-            commands |= {ego.id: Go() for ego, go in zip(egos, actions, strict=True) if go}
-        return commands
+        going = self.going(state, self._to_ask(state))
+        return {ego.id: Go() if ego.id in going else Stop() for ego in state.deciding}
+
+    def going(self, state: TrafficState, egos: Sequence[Vehicle]) -> set[str]:
+        """The ids of those among some RVs in the decision zone that say Go."""
+        if not egos:
+            return set()
+        actions = self._policy(self._observer.observe(state, egos))
+        return {ego.id for ego, go in zip(egos, actions, strict=True) if go}
 
     def _to_ask(self, state: TrafficState) -> Sequence[Vehicle]:
         """The RVs whose decision moves them; to ask the others is slow and changes nothing."""

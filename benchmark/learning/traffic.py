@@ -12,11 +12,12 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from benchmark import demand
-from benchmark.controller import Go, Stop
+from benchmark.controller import Command, Go, Stop
 from benchmark.errors import ScenarioError, UsageError
 from benchmark.intersection import Intersection
 from benchmark.learning.observation import Layout, Numbers, Observer
 from benchmark.network import movement_of
+from benchmark.rules import Orders
 from benchmark.scenario import Scenario
 from benchmark.state import STATIONARY, TrafficState, Vehicle
 from benchmark.world import World
@@ -132,7 +133,7 @@ class Traffic:
     @property
     def average_waiting_time(self) -> float | None:
         """The headline figure so far [s]; None while the warm-up lasts."""
-        if self._state.time <= self.world.scenario.evaluation.warm_up:
+        if self.state.time <= self.world.scenario.evaluation.warm_up:
             return None
         (figures,) = self.world.junction_metrics().values()
         return figures.average_waiting_time
@@ -140,7 +141,7 @@ class Traffic:
     def __enter__(self) -> "Traffic":
         with contextlib.ExitStack() as opened:
             opened.enter_context(self.world)
-            self._state = self.world.step()[self._name]
+            self.state = self.world.step()[self._name]
             opened.pop_all()  # all is well, so it stays open
         return self
 
@@ -160,17 +161,14 @@ class Traffic:
         Raises:
             KeyError: an id is not of an RV that decides.
         """
-        before = self._state
+        before = self.state
         egos = {ego.id: ego for ego in before.deciding}
         movements = {name: egos[name].movement for name in actions}
-        orders = self._site.rules.decide(
-            before, {name: Go() if action == GO else Stop() for name, action in actions.items()}
+        orders = self.advance(
+            {name: Go() if action == GO else Stop() for name, action in actions.items()}
         )
-        self.world.carry_out(self._name, orders, before.time)
-        self._state = self.world.step()[self._name]
-        self._watch_entries()
         team = self._team()
-        here = {ego.id for ego in self._state.deciding}
+        here = {ego.id for ego in self.state.deciding}
         followed = {
             name: Decision(
                 reward=self._own(before, movements[name], action)
@@ -182,6 +180,23 @@ class Traffic:
         }
         return self._moment(followed, team)
 
+    def advance(self, commands: Mapping[str, Command]) -> Orders:
+        """Carry out any commands and simulate one step.
+
+        Returns:
+            What became of the commands; ``state`` is what is to be seen now.
+        """
+        orders = self._site.rules.decide(self.state, commands)
+        self.world.carry_out(self._name, orders, self.state.time)
+        self.state = self.world.step()[self._name]
+        self._watch_entries()
+        return orders
+
+    @property
+    def gridlocked(self) -> bool:
+        """Whether nobody has entered the intersection for long."""
+        return self.state.time - self._entered_at > self._gridlock_after
+
     def _own(self, state: TrafficState, movement: str, action: int) -> float:
         waiting = min(1.0, state.movements[movement].waiting / self.reward.longest_wait)
         return self.reward.own * waiting * (1 if action == GO else -1)
@@ -189,25 +204,25 @@ class Traffic:
     def _team(self) -> float:
         if not self.reward.team:
             return 0.0
-        standing = sum(vehicle.speed < STATIONARY for vehicle in self._state.vehicles)
+        standing = sum(vehicle.speed < STATIONARY for vehicle in self.state.vehicles)
         return -self.reward.team * standing
 
     def _watch_entries(self) -> None:
         regulated = self.intersection.regulated_movements
-        inside = frozenset(one.id for one in self._state.inside if one.movement in regulated)
-        standing = any(vehicle.speed < STATIONARY for vehicle in self._state.vehicles)
+        inside = frozenset(one.id for one in self.state.inside if one.movement in regulated)
+        standing = any(vehicle.speed < STATIONARY for vehicle in self.state.vehicles)
         if inside - self._inside or not standing:
-            self._entered_at = self._state.time
+            self._entered_at = self.state.time
         self._inside = inside
 
     def _moment(self, followed: Mapping[str, Decision], team: float) -> Moment:
-        egos = self._state.deciding
+        egos = self.state.deciding
         return Moment(
-            time=self._state.time,
+            time=self.state.time,
             egos=egos,
-            observations=self._observer.observe(self._state, egos),
+            observations=self._observer.observe(self.state, egos),
             followed=followed,
             team=team,
             over=self.world.over,
-            gridlocked=self._state.time - self._entered_at > self._gridlock_after,
+            gridlocked=self.gridlocked,
         )
