@@ -1,0 +1,173 @@
+"""Learning the low level: trajectories, advantages, and runs that repeat and resume."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from conftest import smoke
+from hypothesis import given
+from hypothesis import strategies as st
+
+from baselines.hierarchical import ppo, train
+from baselines.hierarchical.observation import SIZE
+from baselines.hierarchical.policy import Learned
+from baselines.hierarchical.rollout import Played, Reward, Rollout, Trajectory, play
+from benchmark.learning.run import Options
+
+LEARNER = train.LearnerSettings(steps=1, hidden=(8,))
+
+
+def model(seed: int = 1) -> Any:
+    return train._model(LEARNER, seed)
+
+
+# --- advantages --------------------------------------------------------------------------------
+
+
+def trajectory(rewards: list[float], *, ended: bool) -> Trajectory:
+    count = len(rewards)
+    return Trajectory(
+        np.zeros((count, SIZE), np.float32),
+        np.zeros((count, 2), np.float32),
+        np.array(rewards, np.float32),
+        ended,
+    )
+
+
+steps = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=1, max_size=12)
+
+
+@given(steps, st.booleans(), st.floats(0.0, 0.99), st.floats(0.0, 1.0))
+def test_advantages_are_the_discounted_sum_of_surprises(
+    given: list[tuple[float, float]], ended: bool, discount: float, decay: float
+) -> None:
+    rewards, values = ([one[i] for one in given] for i in (0, 1))
+    found = ppo.advantages(
+        trajectory(rewards, ended=ended), np.array(values, np.float32), discount, decay
+    )
+    after = [*values[1:], 0.0 if ended else values[-1]]
+    for t in range(len(rewards)):
+        wanted = sum(
+            (discount * decay) ** (k - t) * (rewards[k] + discount * after[k] - values[k])
+            for k in range(t, len(rewards))
+        )
+        assert found[t] == pytest.approx(wanted, abs=1e-3)
+
+
+def test_a_batch_holds_each_decision_once_and_nothing_else() -> None:
+    lengths = (3, 1, 5)
+    of = [
+        Trajectory(
+            np.random.default_rng(n).random((n, SIZE), dtype=np.float32),
+            np.zeros((n, 2), np.float32),
+            np.ones(n, np.float32),
+            True,
+        )
+        for n in lengths
+    ]
+    batch = ppo.Batch(model(), of, 0.9, 0.9, np.random.default_rng(1))
+    rows = torch.cat([part.observations for part in batch.get(3)]).numpy()
+    wanted = np.concatenate([one.observations for one in of])
+    assert sorted(map(tuple, rows.tolist())) == sorted(map(tuple, wanted.tolist()))
+
+
+def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
+    learner = model()
+    rows = np.random.default_rng(2).random((7, SIZE), dtype=np.float32)
+    with torch.no_grad():
+        means = learner.policy.get_distribution(torch.from_numpy(rows)).distribution.mean.numpy()
+    arrays = ppo.arrays(learner, explores=True)
+    assert Learned(arrays | {"spread": arrays["spread"]}).means(rows) == pytest.approx(
+        means, abs=1e-5
+    )
+    assert arrays["spread"] == pytest.approx([LEARNER.spread] * 2)
+
+
+# --- episodes ----------------------------------------------------------------------------------
+
+
+def played(seed: int = 10_000, **facts: Any) -> Played:
+    arrays = ppo.arrays(model(), explores=True)
+    return play(Rollout(smoke("crossing"), 0.6, seed, arrays, **facts))
+
+
+def test_episodes_leave_each_vehicles_decisions_and_what_the_team_earned() -> None:
+    found = played(reward=Reward(waiting=0.0, standing=1.0))
+    assert len(found.trajectories) > 3
+    for one in found.trajectories:
+        count = len(one.rewards)
+        assert one.observations.shape == (count, SIZE)
+        assert one.actions.shape == (count, 2)
+        assert (one.rewards <= 0).all()
+    assert min(one.rewards.min() for one in found.trajectories) < 0
+    assert any(one.ended for one in found.trajectories)
+
+
+def test_equal_arguments_give_equal_trajectories() -> None:
+    one, same, other = played(), played(), played(10_001)
+    pairs = zip(one.trajectories, same.trajectories, strict=True)
+    assert all(np.array_equal(a.actions, b.actions) for a, b in pairs)
+    assert not np.array_equal(one.trajectories[0].actions, other.trajectories[0].actions)
+
+
+# --- runs --------------------------------------------------------------------------------------
+
+TINY = (
+    *("traffic.scenarios=['smoke/crossing']", "traffic.rates=[0.6]", "traffic.duration=60"),
+    *("learner.steps=1500", "learner.hidden=[8]", "validation.rounds=2", "validation.seeds=1"),
+    "validation.rates=[0.6]",
+)
+
+
+def options(out: Path, **facts: Any) -> Options:
+    return Options(out, changes=TINY, notify=lambda message: None, **facts)
+
+
+def manifest(out: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((out / "manifest.json").read_text())
+    return found
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("hierarchical") / "run"
+    train.train(options(out))
+    return out
+
+
+def test_a_run_leaves_weights_that_validated_best(finished: Path) -> None:
+    left = manifest(finished)
+    assert left["finished"]
+    assert left["validation"] == min(one["waiting"] for one in left["validated"])
+    assert (finished / "weights.safetensors").stat().st_size < 100_000
+
+
+def test_equal_seeds_give_equal_weights_for_any_number_of_workers(
+    finished: Path, tmp_path: Path
+) -> None:
+    train.train(options(tmp_path / "run", workers=2))
+    assert manifest(tmp_path / "run")["digest"] == manifest(finished)["digest"]
+    train.train(options(tmp_path / "other", seed=2))
+    assert manifest(tmp_path / "other")["digest"] != manifest(finished)["digest"]
+
+
+def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
+    finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, learn = tmp_path / "run", train._Run._learn
+
+    def stopped(self: Any, episodes: Any) -> None:
+        if self._round == 3:
+            raise KeyboardInterrupt
+        learn(self, episodes)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(train._Run, "_learn", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            train.train(options(out))
+    assert manifest(out)["round"] == 2
+    train.train(options(out, resume=True))
+    assert manifest(out)["digest"] == manifest(finished)["digest"]
