@@ -219,7 +219,7 @@ def test_a_run_is_not_resumed_under_other_settings(
         (("--set", "reward.penalti=1"), 'unknown key "penalti"; did you mean "penalty"?'),
         (("--set", "layout.x=1"), '"layout" is not a table'),
         (("--set", "learner.batch=0"), "learner.batch"),
-        (("--set", 'learner.batch="x"'), "learner.batch: should be a valid integer"),
+        (("--set", 'learner.batch="x"'), "learner.batch: expected a whole number; got"),
         (("--scenario", "smoke/teh"), 'did you mean "smoke/tee"?'),
         (("--rate", "1.5"), "Invalid value for '--rate'"),
         (("--set", "learner.hidden=[-4]"), "learner.hidden"),
