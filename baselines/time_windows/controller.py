@@ -1,6 +1,7 @@
 """Time windows: an RV enters when its windows on all conflict stretches are free."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from pydantic import NonNegativeFloat, NonNegativeInt, PositiveFloat
@@ -17,6 +18,15 @@ from benchmark.rules import stopping_speed
 from benchmark.state import TrafficState, Vehicle
 
 SLOT = 1.0  # s between two later slots
+
+
+@dataclass(frozen=True, slots=True)
+class Decisions:
+    """What became of a step's RVs that can stop; those not named here are not asked yet."""
+
+    queues: Sequence[Queue]  # all lanes
+    accepted: list[Vehicle] = field(default_factory=list)
+    refused: list[Vehicle] = field(default_factory=list)  # the first of each lane to be refused
 
 
 class TimeWindows(Controller):
@@ -115,35 +125,41 @@ class TimeWindows(Controller):
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """Refused RVs brake, some change lanes, and all others drive by themselves."""
-        now = survey(state, self._ways, self._predictor, self._look_ahead)
-        if not any(queue.platoons for queue in now.queues):
-            self._ranking.remember([], [], state.time)
-            return {}
-        ledger = Ledger(self._predictor.windows(now.passages), self._margins)
-        ledger.reserve(now.committed)
-        accepted, refused = self._decide(ledger, now.queues, state.time)
-        commands: dict[str, Command] = dict(self._brake(refused))
+        found = self.decide(state)
+        commands: dict[str, Command] = dict(self._brake(found.refused))
         if self._spread:
-            decided = {vehicle.id for vehicle in (*accepted, *refused)}
-            commands |= self._change_lanes(now.queues, decided)
+            decided = {vehicle.id for vehicle in (*found.accepted, *found.refused)}
+            commands |= self._change_lanes(found.queues, decided)
         return commands
 
-    def _decide(
-        self, ledger: Ledger, queues: Sequence[Queue], time: float
-    ) -> tuple[list[Vehicle], list[Vehicle]]:
-        """The RVs that are accepted, and the first one of each lane that is refused."""
-        accepted: list[Vehicle] = []
-        refused: list[Vehicle] = []
+    def decide(self, state: TrafficState) -> Decisions:
+        """Who may enter now and who may not, and take note of it."""
+        now = survey(state, self._ways, self._predictor, self._look_ahead)
+        found = Decisions(now.queues)
+        heads: list[Vehicle] = []
+        if any(queue.platoons for queue in now.queues):
+            ledger = Ledger(self._predictor.windows(now.passages), self._margins)
+            ledger.reserve(now.committed)
+            heads = self._arbitrate(ledger, found, state.time)
+        self._ranking.remember(found.accepted, heads, state.time)
+        return found
+
+    def _arbitrate(self, ledger: Ledger, found: Decisions, time: float) -> list[Vehicle]:
+        """Fill in who is accepted and who refused.
+
+        Returns:
+            The refused RVs that are the first of their lane.
+        """
         heads: list[Vehicle] = []
         slots = self._later_slots
-        for queue in self._ranking.order(queues, time):
+        for queue in self._ranking.order(found.queues, time):
             first = queue.platoons[0]
             for platoon in queue.platoons:
                 if self._can_pass(ledger, platoon):
                     ledger.reserve(_bits(platoon))
-                    accepted.append(platoon.leader)
+                    found.accepted.append(platoon.leader)
                     continue
-                refused.append(platoon.leader)
+                found.refused.append(platoon.leader)
                 if platoon is first:
                     heads.append(platoon.leader)
                     if self._ranking.overdue(queue, time):
@@ -151,8 +167,7 @@ class TimeWindows(Controller):
                     elif slots and ledger.book(platoon.index, self._delays) is not None:
                         slots -= 1
                 break
-        self._ranking.remember(accepted, heads, time)
-        return accepted, refused
+        return heads
 
     def _can_pass(self, ledger: Ledger, platoon: Platoon) -> bool:
         """Whether an RV can pass, and the HVs behind it that count."""

@@ -1,13 +1,13 @@
 """An episode under time windows, with everything that the rule saw and decided."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from baselines.time_windows.controller import TimeWindows
-from baselines.time_windows.queues import Queue, survey
+from baselines.time_windows.controller import Decisions, TimeWindows
+from baselines.time_windows.queues import survey
 from baselines.time_windows.reservations import Ledger, members
 from baselines.time_windows.stretches import Conflicts
 from benchmark.controller import Command
@@ -91,23 +91,21 @@ class Watched(TimeWindows):
             known = Passing(one.is_robot, way, one.body.length)
             self.passings.setdefault(one.id, known).track.append((time, place, one.speed))
 
-    def _decide(
-        self, ledger: Ledger, queues: Sequence[Queue], time: float
-    ) -> tuple[list[Vehicle], list[Vehicle]]:
-        accepted, refused = super()._decide(ledger, queues, time)
-        for vehicle in accepted:
+    def _arbitrate(self, ledger: Ledger, found: Decisions, time: float) -> list[Vehicle]:
+        heads = super()._arbitrate(ledger, found, time)
+        for vehicle in found.accepted:
             self.passings[vehicle.id].windows = self._predicted[vehicle.id]
-        for vehicle in refused:
+        for vehicle in found.refused:
             self.passings[vehicle.id].refused.append(time)
-        for queue in queues:
+        for queue in found.queues:
             for platoon in queue.platoons:
                 for index in platoon.followers:
                     self.passings[self._who[index].id].led = True
-            if queue.platoons and queue.platoons[0].leader in refused:
+            if queue.platoons and queue.platoons[0].leader in heads:
                 first = queue.platoons[0]
                 if first.leader.distance <= CLOSE:
                     self._blame(ledger.in_the_way(first.index))
-        return accepted, refused
+        return heads
 
     def _blame(self, bits: int) -> None:
         self.refusals += 1
