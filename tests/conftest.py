@@ -1,13 +1,16 @@
 """Helpers of the tests: shipped scenarios, a document to change, and traffic made by hand."""
 
 import copy
+import math
 import os
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import settings
 
@@ -163,3 +166,37 @@ def state(*who: Vehicle | Crossing, time: float = 0.0, where: Intersection = CRO
         tuple(one for one in who if isinstance(one, Vehicle)),
         tuple(one for one in who if isinstance(one, Crossing)),
     )
+
+
+HALF = 14.0  # m, half the width of the box
+TURNS = {"N": 0, "W": 1, "S": 2, "E": 3}  # quarter turns counterclockwise from northbound
+
+
+def _shape(letter: str, index: int, turn: str) -> tuple[tuple[float, float], ...]:
+    """A straight way or a quarter circle; lane 3 is the innermost of four."""
+    x = 1.6 + 3.2 * (3 - index)
+    if turn == "C":
+        points = [(x, -HALF), (x, HALF)]
+    else:
+        centre, side = (-HALF, 1) if turn == "L" else (HALF, -1)
+        radius = abs(x - centre)
+        angles = np.linspace(0, math.pi / 2, 25)
+        points = [
+            (centre + side * radius * math.cos(a), -HALF + radius * math.sin(a)) for a in angles
+        ]
+    for _ in range(TURNS[letter]):
+        points = [(-y, x) for x, y in points]
+    return tuple(points)
+
+
+def drawn() -> Intersection:
+    """The crossroads with ways that have shapes."""
+    movements = {}
+    for name, movement in CROSSROADS.movements.items():
+        ways = []
+        for way in movement.ways:
+            shape = _shape(name[0], int(way.lane[-1]), movement.turn)
+            length = float(np.hypot(*np.diff(np.array(shape), axis=0).T).sum())
+            ways.append(replace(way, shape=shape, length=length))
+        movements[name] = replace(movement, ways=tuple(ways))
+    return replace(CROSSROADS, movements=movements)

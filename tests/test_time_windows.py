@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import CAR, CROSSROADS, PAPER, network_of, shipped, smoke, state, vehicle
+from conftest import CAR, PAPER, drawn, network_of, shipped, smoke, state, vehicle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,45 +27,11 @@ from benchmark import plugins
 from benchmark.controller import Drive
 from benchmark.episode import Episode, run
 from benchmark.errors import ControllerError, UsageError
-from benchmark.intersection import Intersection, Way
+from benchmark.intersection import Way
 from benchmark.state import Crossing, TrafficState, Vehicle
 from benchmark.suite import episodes
 
-HALF = 14.0  # m, half the width of the box
-TURNS = {"N": 0, "W": 1, "S": 2, "E": 3}  # quarter turns counterclockwise from northbound
-
-
-def _shape(letter: str, index: int, turn: str) -> tuple[tuple[float, float], ...]:
-    """A straight way or a quarter circle; lane 3 is the innermost of four."""
-    x = 1.6 + 3.2 * (3 - index)
-    if turn == "C":
-        points = [(x, -HALF), (x, HALF)]
-    else:
-        centre, side = (-HALF, 1) if turn == "L" else (HALF, -1)
-        radius = abs(x - centre)
-        angles = np.linspace(0, math.pi / 2, 25)
-        points = [
-            (centre + side * radius * math.cos(a), -HALF + radius * math.sin(a)) for a in angles
-        ]
-    for _ in range(TURNS[letter]):
-        points = [(-y, x) for x, y in points]
-    return tuple(points)
-
-
-def _drawn() -> Intersection:
-    """The crossroads with ways that have shapes."""
-    movements = {}
-    for name, movement in CROSSROADS.movements.items():
-        ways = []
-        for way in movement.ways:
-            shape = _shape(name[0], int(way.lane[-1]), movement.turn)
-            length = float(np.hypot(*np.diff(np.array(shape), axis=0).T).sum())
-            ways.append(replace(way, shape=shape, length=length))
-        movements[name] = replace(movement, ways=tuple(ways))
-    return replace(CROSSROADS, movements=movements)
-
-
-WHERE = _drawn()
+WHERE = drawn()
 CONFLICTS = lane_conflicts(WHERE, 2.8)
 INDEX = {way.lane: index for index, way in enumerate(CONFLICTS.ways)}
 KEYS = {(CONFLICTS.movements[i], lane): i for lane, i in INDEX.items()}
@@ -146,7 +112,7 @@ def test_on_the_shipped_networks_stretches_are_mutual_and_lie_on_their_ways(name
 
 
 def test_stretches_are_found_once_for_each_network() -> None:
-    again = lane_conflicts(_drawn(), 2.8)
+    again = lane_conflicts(drawn(), 2.8)
     assert again.start is CONFLICTS.start
 
 

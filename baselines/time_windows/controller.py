@@ -8,13 +8,12 @@ from pydantic import NonNegativeFloat, NonNegativeInt, PositiveFloat
 
 from baselines.time_windows.lane_changes import lane_changes, speeding_up
 from baselines.time_windows.prediction import Predictor
-from baselines.time_windows.queues import MARGIN, Platoon, Queue, survey
+from baselines.time_windows.queues import Platoon, Queue, survey, to_the_line
 from baselines.time_windows.ranking import Ranking, Weights
 from baselines.time_windows.reservations import Ledger, Margins
 from baselines.time_windows.stretches import lane_conflicts, movement_conflicts
 from benchmark.controller import Command, Controller, Drive
 from benchmark.intersection import Intersection
-from benchmark.rules import stopping_speed
 from benchmark.state import TrafficState, Vehicle
 
 SLOT = 1.0  # s between two later slots
@@ -71,33 +70,33 @@ class TimeWindows(Controller):
         *,
         clearance: PositiveFloat = 2.8,
         stretches: Literal["lanes", "movements"] = "lanes",
-        after: NonNegativeFloat = 0.6,
-        before: NonNegativeFloat = 1.8,
-        growth: NonNegativeFloat = 0.16,
-        yielding: NonNegativeFloat = 1.5,
-        acceleration: PositiveFloat = 1.8,
-        headway: NonNegativeFloat = 2.0,
+        after: NonNegativeFloat = 0.4,
+        before: NonNegativeFloat = 2.2,
+        growth: NonNegativeFloat = 0.28,
+        yielding: NonNegativeFloat = 2.0,
+        acceleration: PositiveFloat = 1.4,
+        headway: NonNegativeFloat = 1.4,
         creeping: NonNegativeFloat = 1.0,
-        creeping_delay: NonNegativeFloat = 5.5,
+        creeping_delay: NonNegativeFloat = 7.0,
         look_ahead: PositiveFloat = 14.0,
-        followers: NonNegativeInt = 1,
-        waiting_weight: NonNegativeFloat = 0.22,
-        longest_waiting: NonNegativeFloat = 100.0,
+        followers: NonNegativeInt = 0,
+        waiting_weight: NonNegativeFloat = 0.18,
+        longest_waiting: NonNegativeFloat = 140.0,
         flowing: NonNegativeFloat = 2.0,
-        joining: NonNegativeFloat = 6.0,
-        green: NonNegativeFloat = 15.0,
+        joining: NonNegativeFloat = 5.0,
+        green: NonNegativeFloat = 5.0,
         green_gap: NonNegativeFloat = 3.0,
-        patience: NonNegativeFloat = 210.0,
-        later_slots: NonNegativeInt = 5,
+        patience: NonNegativeFloat = 240.0,
+        later_slots: NonNegativeInt = 6,
         latest_slot: NonNegativeFloat = 3.0,
-        braking: PositiveFloat = 2.5,
+        braking: PositiveFloat = 4.0,
         spread: bool = True,
         spread_from: NonNegativeFloat = 15.0,
-        spread_gap: NonNegativeFloat = 8.5,
+        spread_gap: NonNegativeFloat = 7.5,
     ) -> None:
         self._clearance, self._stretches = clearance, stretches
         self._prediction = (acceleration, headway, creeping, creeping_delay)
-        self._look_ahead, self._braking, self._followers = look_ahead, braking, followers
+        self._look_ahead, self._followers, self.braking = look_ahead, followers, braking
         self._margins = Margins(after, before, growth, look_ahead, yielding)
         self._weights = Weights(
             *(waiting_weight, longest_waiting, flowing, joining, green, green_gap, patience)
@@ -177,10 +176,9 @@ class TimeWindows(Controller):
     def _brake(self, refused: Sequence[Vehicle]) -> Iterator[tuple[str, Command]]:
         step = self._intersection.step
         for vehicle in refused:
-            wanted = stopping_speed(vehicle.distance - MARGIN, self._braking, step)
-            change = (wanted - vehicle.speed) / step
+            change = to_the_line(vehicle, self.braking, step)
             if change < vehicle.body.acceleration:
-                yield vehicle.id, Drive(max(change, -vehicle.body.deceleration))
+                yield vehicle.id, Drive(change)
 
     def _change_lanes(
         self, queues: Sequence[Queue], stay: set[str]

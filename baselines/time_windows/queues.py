@@ -91,3 +91,15 @@ def can_stop(vehicle: Vehicle, step: float) -> bool:
     hardest = vehicle.body.deceleration
     slowest = max(0.0, vehicle.speed - hardest * step)
     return slowest <= stopping_speed(vehicle.distance - MARGIN, hardest, step)
+
+
+def to_the_line(vehicle: Vehicle, braking: float, step: float) -> float:
+    """The greatest acceleration with which a vehicle still stops before the entrance [m/s2].
+
+    Args:
+        vehicle: it.
+        braking: with which it stops, positive [m/s2].
+        step: simulated time per step [s].
+    """
+    wanted = stopping_speed(vehicle.distance - MARGIN, braking, step)
+    return max((wanted - vehicle.speed) / step, -vehicle.body.deceleration)
