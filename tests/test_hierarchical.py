@@ -1,6 +1,7 @@
 """The hierarchy: its safety mechanism value by value, and what each level is asked and does."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from hypothesis import strategies as st
 
 from baselines.hierarchical.controller import Hierarchical
 from baselines.hierarchical.observation import SIZE, LateralObserver
-from baselines.hierarchical.policy import Forward, Learned, Random
+from baselines.hierarchical.policy import Forward, Learned, Random, shapes
 from baselines.hierarchical.safety import speed_limit, with_braking
 from benchmark.controller import Command, Drive, Go
 from benchmark.learning.observation import Numbers, Observer
+from benchmark.state import TrafficState, Vehicle
 
 # --- safety ------------------------------------------------------------------------------------
 
@@ -83,10 +85,11 @@ def test_a_lane_that_is_not_there_is_not_led() -> None:
 
 
 def test_random_actions_are_repeatable_and_fill_the_range() -> None:
-    rows = np.zeros((500, SIZE), dtype=np.float32)
-    found = Random(3)(rows)
-    assert (found == Random(3)(rows)).all()
-    assert (found != Random(4)(rows)).any()
+    egos = [vehicle("ego")] * 500
+    seen = state(*egos)
+    found = Random(3)(seen, egos)
+    assert (found == Random(3)(seen, egos)).all()
+    assert (found != Random(4)(seen, egos)).any()
     assert found.min() < -0.9
     assert found.max() > 0.9
 
@@ -98,8 +101,10 @@ def test_a_learned_action_is_the_clipped_mean() -> None:
         "action.weight": np.array([[1.0, 1.0, 1.0], [0.1, 0.1, 0.0]], dtype=np.float32),
         "action.bias": np.zeros(2, dtype=np.float32),
     }
-    found = Learned(arrays)(np.zeros((2, SIZE), dtype=np.float32))
+    egos = [vehicle("one"), vehicle("two")]
+    found = Learned(arrays, LateralObserver(CROSSROADS))(state(*egos), egos)
     assert found.tolist() == [pytest.approx([1.0, 0.2], abs=1e-6)] * 2
+    assert {name: one.shape for name, one in arrays.items()} == shapes(SIZE, [3])
 
 
 # --- the hierarchy -----------------------------------------------------------------------------
@@ -107,10 +112,20 @@ def test_a_learned_action_is_the_clipped_mean() -> None:
 
 def asked(actions: list[float], seen: Any, **options: Any) -> dict[str, Command]:
     """What a hierarchy commands whose low level always answers the same."""
-    found = Hierarchical(top="go", **options)
+    found = Hierarchical(top="go", low="forward", **options)
     found.reset(CROSSROADS, seed=1)
-    found._policy = lambda rows: np.tile(np.array(actions, dtype=np.float32), (len(rows), 1))
+    found.low_level = Always(actions)
     return dict(found.act(seen))
+
+
+class Always:
+    """A low level that always answers the same."""
+
+    def __init__(self, actions: list[float]) -> None:
+        self._actions = np.array(actions, dtype=np.float32)
+
+    def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        return np.tile(self._actions, (len(egos), 1))
 
 
 BLOCKED = crossing("E-C", cell=3)
@@ -156,4 +171,5 @@ def test_lane_changes_have_the_papers_thresholds_and_lead_where_the_movement_is_
 
 
 def test_driving_on_is_full_acceleration_in_the_own_lane() -> None:
-    assert Forward()(np.zeros((2, SIZE), dtype=np.float32)).tolist() == [[1.0, 0.0]] * 2
+    egos = [vehicle("one"), vehicle("two")]
+    assert Forward()(state(*egos), egos).tolist() == [[1.0, 0.0]] * 2

@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 
 from baselines.hierarchical import ppo, train
 from baselines.hierarchical.observation import SIZE
-from baselines.hierarchical.policy import Learned
-from baselines.hierarchical.rollout import Played, Reward, Rollout, Trajectory, play
+from baselines.hierarchical.policy import Network
+from baselines.hierarchical.reward import Reward
+from baselines.hierarchical.rollout import Played, Rollout, Trajectory, play
 from benchmark.learning.run import Options
 
 LEARNER = train.LearnerSettings(steps=1, hidden=(8,))
 
 
 def model(seed: int = 1) -> Any:
-    return train._model(LEARNER, seed)
+    return train._model(LEARNER, SIZE, seed)
 
 
 # --- advantages --------------------------------------------------------------------------------
@@ -80,9 +81,7 @@ def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
     with torch.no_grad():
         means = learner.policy.get_distribution(torch.from_numpy(rows)).distribution.mean.numpy()
     arrays = ppo.arrays(learner, explores=True)
-    assert Learned(arrays | {"spread": arrays["spread"]}).means(rows) == pytest.approx(
-        means, abs=1e-5
-    )
+    assert Network(arrays).means(rows) == pytest.approx(means, abs=1e-5)
     assert arrays["spread"] == pytest.approx([LEARNER.spread] * 2)
 
 
@@ -91,7 +90,7 @@ def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
 
 def played(seed: int = 10_000, **facts: Any) -> Played:
     arrays = ppo.arrays(model(), explores=True)
-    return play(Rollout(smoke("crossing"), 0.6, seed, arrays, **facts))
+    return play(Rollout("hierarchical", smoke("crossing"), 0.6, seed, arrays, **facts))
 
 
 def test_episodes_leave_each_vehicles_decisions_and_what_the_team_earned() -> None:
@@ -134,7 +133,7 @@ def manifest(out: Path) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("hierarchical") / "run"
-    train.train(options(out))
+    train.train_hierarchical(options(out))
     return out
 
 
@@ -148,9 +147,9 @@ def test_a_run_leaves_weights_that_validated_best(finished: Path) -> None:
 def test_equal_seeds_give_equal_weights_for_any_number_of_workers(
     finished: Path, tmp_path: Path
 ) -> None:
-    train.train(options(tmp_path / "run", workers=2))
+    train.train_hierarchical(options(tmp_path / "run", workers=2))
     assert manifest(tmp_path / "run")["digest"] == manifest(finished)["digest"]
-    train.train(options(tmp_path / "other", seed=2))
+    train.train_hierarchical(options(tmp_path / "other", seed=2))
     assert manifest(tmp_path / "other")["digest"] != manifest(finished)["digest"]
 
 
@@ -167,7 +166,7 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     with monkeypatch.context() as patch:
         patch.setattr(train._Run, "_learn", stopped)
         with pytest.raises(KeyboardInterrupt):
-            train.train(options(out))
+            train.train_hierarchical(options(out))
     assert manifest(out)["round"] == 2
-    train.train(options(out, resume=True))
+    train.train_hierarchical(options(out, resume=True))
     assert manifest(out)["digest"] == manifest(finished)["digest"]

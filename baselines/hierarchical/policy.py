@@ -1,32 +1,41 @@
-"""What an RV does under Stop: an acceleration and perhaps a lane change, in numpy."""
+"""What RVs under Stop do: accelerations and lane changes, in numpy."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from benchmark.learning.observation import Numbers
+from benchmark.state import TrafficState, Vehicle
 
 RIGHT = float(np.float32(0.33))  # actions are float32
 LEFT = -RIGHT
 """Thresholds of the second action: below ``LEFT`` to the left, above ``RIGHT`` to the right."""
 
 
+class Observer(Protocol):
+    """Turns traffic into what the low level sees."""
+
+    def observe(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        """A row for each ego."""
+        ...
+
+
 class LowLevel(Protocol):
     """Decides for RVs that the top level stopped."""
 
-    def __call__(self, observations: Numbers) -> Numbers:
-        """Actions (rows, 2) in [-1, 1], acceleration and lane change, of observations."""
+    def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        """Actions (egos, 2) in [-1, 1]: acceleration and lane change."""
         ...
 
 
 class Forward:
     """Full acceleration in the own lane: what remains is the safety mechanism."""
 
-    def __call__(self, observations: Numbers) -> Numbers:
-        """1 and 0 for each row."""
-        return np.tile(np.array([1.0, 0.0], dtype=np.float32), (len(observations), 1))
+    def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        """1 and 0 for each ego."""
+        return np.tile(np.array([1.0, 0.0], dtype=np.float32), (len(egos), 1))
 
 
 class Random:
@@ -39,32 +48,62 @@ class Random:
     def __init__(self, seed: int) -> None:
         self._random = np.random.default_rng(seed)
 
-    def __call__(self, observations: Numbers) -> Numbers:
-        """A draw for each row."""
-        return self._random.uniform(-1.0, 1.0, (len(observations), 2)).astype(np.float32)
+    def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        """A draw for each ego."""
+        return self._random.uniform(-1.0, 1.0, (len(egos), 2)).astype(np.float32)
 
 
-class Learned:
-    """The mean action of a Gaussian policy over layers of tanh.
+class Network:
+    """Layers of tanh and a linear one: the mean of a Gaussian policy.
 
     Args:
         arrays: ``hidden.K.weight``, ``hidden.K.bias``, ``action.weight`` and ``action.bias``.
     """
 
     def __init__(self, arrays: Mapping[str, Numbers]) -> None:
-        self._arrays = arrays
         threadpool_limits(1)  # other bits with other counts
-        self._depth = sum(name.startswith("hidden") for name in arrays) // 2
+        self._action = arrays["action.weight"], arrays["action.bias"]
+        depth = sum(name.startswith("hidden") for name in arrays) // 2
+        self._hidden = [
+            (arrays[f"hidden.{index}.weight"], arrays[f"hidden.{index}.bias"])
+            for index in range(depth)
+        ]
 
     def means(self, observations: Numbers) -> Numbers:
-        """The mean action for each row, not clipped."""
+        """The mean action (rows, 2) for each row, not clipped."""
         found = observations
-        for index in range(self._depth):
-            weight, bias = (self._arrays[f"hidden.{index}.{x}"] for x in ("weight", "bias"))
+        for weight, bias in self._hidden:
             found = np.tanh(found @ weight.T + bias)
-        action: Numbers = found @ self._arrays["action.weight"].T + self._arrays["action.bias"]
+        weight, bias = self._action
+        action: Numbers = found @ weight.T + bias
         return action
 
-    def __call__(self, observations: Numbers) -> Numbers:
-        """The mean action for each row, clipped to [-1, 1]."""
-        return np.clip(self.means(observations), -1.0, 1.0)
+
+def shapes(size: int, hidden: Sequence[int]) -> dict[str, tuple[int, ...]]:
+    """The arrays of a network and their shapes.
+
+    Args:
+        size: of an observation.
+        hidden: widths of the layers.
+    """
+    found: dict[str, tuple[int, ...]] = {}
+    for index, (before, after) in enumerate(zip([size, *hidden], hidden, strict=False)):
+        found |= {f"hidden.{index}.weight": (after, before), f"hidden.{index}.bias": (after,)}
+    return found | {"action.weight": (2, hidden[-1]), "action.bias": (2,)}
+
+
+class Learned:
+    """The mean action, clipped.
+
+    Args:
+        arrays: of the network.
+        observer: of what it sees.
+    """
+
+    def __init__(self, arrays: Mapping[str, Numbers], observer: Observer) -> None:
+        self._network, self._observer = Network(arrays), observer
+
+    def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        """The mean action for each ego, clipped to [-1, 1]."""
+        means = self._network.means(self._observer.observe(state, egos))
+        return np.clip(means, -1.0, 1.0)

@@ -9,7 +9,6 @@ from gymnasium import spaces
 from stable_baselines3 import PPO
 from stable_baselines3.common.type_aliases import RolloutBufferSamples
 
-from baselines.hierarchical.observation import SIZE
 from baselines.hierarchical.rollout import Trajectory
 from benchmark.learning.observation import Numbers
 
@@ -93,14 +92,20 @@ def advantages(trajectory: Trajectory, values: Numbers, discount: float, decay: 
 
 
 class SpacesOnly(gymnasium.Env[Numbers, Numbers]):
-    """What Stable-Baselines3 asks for to learn the spaces; nothing is ever played in it."""
+    """What Stable-Baselines3 asks for to learn the spaces; nothing is ever played in it.
 
-    observation_space = spaces.Box(0.0, 1.0, (SIZE,), np.float32)
+    Args:
+        size: of an observation.
+    """
+
     action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def __init__(self, size: int) -> None:
+        self.observation_space = spaces.Box(0.0, 1.0, (size,), np.float32)
 
 
 def arrays(model: PPO, *, explores: bool) -> Arrays:
-    """The policy as ``baselines.hierarchical.policy.Learned`` reads it.
+    """The policy as ``baselines.hierarchical.policy.Network`` reads it.
 
     Args:
         model: the learner.

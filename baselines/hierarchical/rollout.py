@@ -1,44 +1,34 @@
-"""Episodes under the hierarchy with a low level that explores; what its learner learns from.
+"""Episodes under a hierarchy with a low level that explores; what its learner learns from.
 
 The unit of learning is the trajectory of a vehicle: its low-level decisions from the first to the
-last, and what the team earned after each.
+last, and what it earned after each.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
 
 from baselines.hierarchical.controller import Hierarchical
-from baselines.hierarchical.policy import Learned
-from benchmark.controller import Command
+from baselines.hierarchical.hierarchy import Hierarchy
+from baselines.hierarchical.policy import Network, Observer
+from baselines.hierarchical.reward import Earnings, Reward
+from baselines.hierarchical.tuned import HierarchicalTuned
 from benchmark.learning.observation import Numbers
 from benchmark.learning.traffic import Traffic
 from benchmark.scenario import Scenario
-from benchmark.state import STATIONARY, TrafficState, Vehicle
+from benchmark.state import TrafficState, Vehicle
 
-
-class Reward(BaseModel):
-    """What every RV earns in a step; the published part is the first (paper, "Reward")."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    waiting: float = Field(1.0, ge=0, description="cost of the sum of normalised waiting")
-    longest_wait: float = Field(200.0, gt=0, description="waiting that counts as 1 [s]")
-    standing: float = Field(0.0, ge=0, description="cost of a standing vehicle")
-
-    def of(self, state: TrafficState) -> float:
-        """What the traffic in the control zone is worth now."""
-        waiting = sum(min(1.0, one.waiting / self.longest_wait) for one in state.vehicles)
-        standing = sum(one.speed < STATIONARY for one in state.vehicles)
-        return -self.waiting * waiting - self.standing * standing
+KINDS: Mapping[str, type[Hierarchy]] = {
+    kind.NAME: kind for kind in (Hierarchical, HierarchicalTuned)
+}
 
 
 @dataclass(frozen=True)
 class Rollout:
     """An episode to be played."""
 
+    name: str  # of the hierarchy, a key of KINDS
     scenario: Scenario
     rate: float
     seed: int  # of the traffic and of exploration
@@ -51,7 +41,7 @@ class Rollout:
 class Trajectory:
     """A trajectory of one vehicle; there are no rows of any other."""
 
-    observations: Numbers  # (decisions, SIZE)
+    observations: Numbers  # (decisions, size)
     actions: Numbers  # (decisions, 2), before clipping
     rewards: Numbers  # (decisions,)
     ended: bool  # whether it got out of the zone, not only the episode to its end
@@ -75,25 +65,26 @@ class _Path:
     rewards: list[float] = field(default_factory=list)
 
 
-class Exploring(Hierarchical):
-    """The hierarchy with draws around the learned policy's means, which it notes.
+class Explorer:
+    """A low level that draws around a policy's means and notes what it saw and did.
 
     Args:
         arrays: of the policy, with ``spread`` (2,), or without it to take the means.
+        observer: of what it sees.
         seed: of the draws.
     """
 
-    def __init__(self, arrays: Mapping[str, Numbers], seed: int) -> None:
-        super().__init__(low="forward")
-        self._mean = Learned({k: v for k, v in arrays.items() if k != "spread"})
+    def __init__(self, arrays: Mapping[str, Numbers], observer: Observer, seed: int) -> None:
+        self._network, self._observer = Network(arrays), observer
         self._spread = arrays.get("spread")
         self._random = np.random.default_rng(seed)
         self.paths: dict[str, _Path] = {}
-        self.acted: set[str] = set()  # ids of RVs that the low level drove in the last step
+        self.acted: frozenset[str] = frozenset()  # ids of the RVs that it drove last
 
-    def _actions(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+    def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
+        """Actions (egos, 2), clipped to [-1, 1]."""
         seen = self._observer.observe(state, egos)
-        actions = self._mean.means(seen)
+        actions = self._network.means(seen)
         if self._spread is not None:
             draws = self._random.standard_normal(actions.shape).astype(np.float32)
             actions = actions + self._spread * draws
@@ -102,29 +93,41 @@ class Exploring(Hierarchical):
             path.observations.append(row)
             path.actions.append(action)
             path.rewards.append(0.0)
-        self.acted = {ego.id for ego in egos}
+        self.acted = frozenset(ego.id for ego in egos)
         return np.clip(actions, -1.0, 1.0)
 
-    def act(self, state: TrafficState) -> Mapping[str, Command]:
-        """As the hierarchy does."""
-        self.acted = set()
-        return super().act(state)
+    def earn(self, earned: Mapping[str, float], otherwise: float) -> None:
+        """Pay for the last decisions of RVs that are there, and of those that acted just now.
+
+        Args:
+            earned: by id, of RVs that are there.
+            otherwise: what an RV earns that has just got out.
+        """
+        for name in earned.keys() | self.acted:
+            if name in self.paths:
+                self.paths[name].rewards[-1] += earned.get(name, otherwise)
+        self.acted = frozenset()
 
 
 def play(rollout: Rollout) -> Played:
     """Play an episode; equal arguments give equal trajectories."""
-    controller = Exploring(rollout.arrays, rollout.seed)
+    controller = KINDS[rollout.name](low="forward")
     with Traffic(
-        rollout.scenario, rollout.rate, rollout.seed, gridlock_after=rollout.gridlock_after
+        rollout.scenario,
+        rollout.rate,
+        rollout.seed,
+        arbitration=controller.arbitration,
+        gridlock_after=rollout.gridlock_after,
     ) as traffic:
         controller.reset(traffic.intersection, rollout.seed)
+        explorer = Explorer(rollout.arrays, controller.observer, rollout.seed)
+        controller.low_level = explorer
+        earnings = Earnings(rollout.reward)
         while not (traffic.world.over or traffic.gridlocked):
             traffic.advance(controller.act(traffic.state))
-            earned = rollout.reward.of(traffic.state)
-            here = {ego.id for ego in traffic.state.deciding}
-            for name in (here | controller.acted) & controller.paths.keys():
-                controller.paths[name].rewards[-1] += earned
-        here = {ego.id for ego in traffic.state.deciding}
+            there = list(controller.concerned(traffic.state))
+            explorer.earn(*earnings.of(traffic.state, there))
+        here = {ego.id for ego in controller.concerned(traffic.state)}
         waiting, jammed = traffic.average_waiting_time, traffic.gridlocked
     return Played(
         tuple(
@@ -134,7 +137,7 @@ def play(rollout: Rollout) -> Played:
                 np.asarray(path.rewards, dtype=np.float32),
                 ended=name not in here,
             )
-            for name, path in controller.paths.items()
+            for name, path in explorer.paths.items()
         ),
         waiting,
         jammed,

@@ -22,7 +22,8 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.logger import Logger, make_output_format
 
 from baselines.hierarchical import ppo
-from baselines.hierarchical.rollout import Played, Reward, Rollout, play
+from baselines.hierarchical.reward import Reward
+from baselines.hierarchical.rollout import KINDS, Played, Rollout, play
 from benchmark import catalogue
 from benchmark.errors import UsageError
 from benchmark.learning import weights as files
@@ -44,8 +45,6 @@ from benchmark.workers import pool
 if TYPE_CHECKING:
     from pebble import ProcessPool
 
-NAME = "hierarchical"
-
 
 class LearnerSettings(Table):
     """PPO over trajectories of vehicles (paper, "Low-level Longitudinal and Lateral Control")."""
@@ -60,6 +59,7 @@ class LearnerSettings(Table):
     batch: int = Field(1024, gt=1)
     entropy: float = Field(0.0, ge=0, description="weight of the entropy bonus")
     spread: float = Field(0.6, gt=0, description="standard deviation of actions at first")
+    forward: float = Field(0.0, description="mean acceleration at first, 1 is the greatest")
 
 
 class HierarchicalSettings(Table):
@@ -71,10 +71,21 @@ class HierarchicalSettings(Table):
     validation: Validation = Validation()
 
 
-def train(options: Options) -> None:
+def train_hierarchical(options: Options) -> None:
+    """Train the low level as published."""
+    train("hierarchical", options)
+
+
+def train_tuned(options: Options) -> None:
+    """Train the low level under time windows."""
+    train("hierarchical-tuned", options)
+
+
+def train(name: str, options: Options) -> None:
     """Train until the steps are done or somebody stops it.
 
     Args:
+        name: of the hierarchy.
         options: of the command.
 
     Raises:
@@ -82,7 +93,7 @@ def train(options: Options) -> None:
     """
     settings = read_settings(
         HierarchicalSettings,
-        Path(__file__).with_name(f"{NAME}.toml"),
+        Path(__file__).with_name(f"{name}.toml"),
         options,
         {
             "traffic.scenarios": options.scenarios,
@@ -91,9 +102,9 @@ def train(options: Options) -> None:
         },
     )
     scenarios = catalogue.find(settings.traffic.scenarios)
-    folder = Folder(options, NAME, settings)
+    folder = Folder(options, name, settings)
     torch.set_num_threads(1)  # other bits with other counts
-    run = _Run(settings, scenarios, folder, options)
+    run = _Run(name, settings, scenarios, folder, options)
     if options.resume:
         run.restore()
     with (
@@ -118,14 +129,16 @@ class _Run:
 
     def __init__(
         self,
+        name: str,
         settings: HierarchicalSettings,
         scenarios: Sequence[Scenario],
         folder: Folder,
         options: Options,
     ) -> None:
-        self._settings, self._scenarios, self._folder = settings, scenarios, folder
+        self._name, self._settings = name, settings
+        self._scenarios, self._folder = scenarios, folder
         self._seed, self._notify = options.seed, options.notify
-        self._model = _model(settings.learner, options.seed)
+        self._model = _model(settings.learner, KINDS[name].SIZE, options.seed)
         self._round = self._decisions = 0
         self._best: _Score | None = None
 
@@ -183,6 +196,7 @@ class _Run:
             )
             scenario = scenario.with_demand(float(random.choice(traffic.demand)))
             yield Rollout(
+                self._name,
                 scenario.with_evaluation(evaluation),
                 float(random.choice(traffic.rates)),
                 FIRST_TRAINING_SEED + int(random.integers(traffic.seeds)),
@@ -223,7 +237,7 @@ class _Run:
             _results(
                 workers,
                 (
-                    Rollout(scenario, rate, seed, policy, self._settings.reward)
+                    Rollout(self._name, scenario, rate, seed, policy, self._settings.reward)
                     for scenario in self._scenarios
                     for rate in validation.rates
                     for seed in VALIDATION_SEEDS[: validation.seeds]
@@ -308,10 +322,10 @@ def _tensors(arrays: ppo.Arrays) -> dict[str, torch.Tensor]:
     return {name: torch.from_numpy(one) for name, one in arrays.items()}
 
 
-def _model(learner: LearnerSettings, seed: int) -> PPO:
-    return PPO(
+def _model(learner: LearnerSettings, size: int, seed: int) -> PPO:
+    found = PPO(
         "MlpPolicy",
-        ppo.SpacesOnly(),
+        ppo.SpacesOnly(size),
         learning_rate=learner.learning_rate,
         n_steps=learner.batch,
         batch_size=learner.batch,
@@ -328,3 +342,8 @@ def _model(learner: LearnerSettings, seed: int) -> PPO:
         seed=seed,
         device="cpu",
     )
+    with torch.no_grad():
+        bias = found.policy.action_net.bias
+        assert isinstance(bias, torch.Tensor)
+        bias.copy_(torch.tensor([learner.forward, 0.0]))
+    return found

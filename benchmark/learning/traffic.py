@@ -6,7 +6,7 @@ Plain Python and numpy; ``benchmark.learning.parallel`` and ``single`` show it a
 import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -85,6 +85,7 @@ class Traffic:
         seed: of demand, drivers and RVs.
         layout: of the observation.
         reward: what decisions earn.
+        arbitration: whether Go commands pass the flexible arbitration.
         gridlock_after: time without any regulated vehicle entering, while some stand, after which
             the episode counts as gridlocked [s].
 
@@ -101,12 +102,13 @@ class Traffic:
         *,
         layout: Layout = "paper",
         reward: Reward | None = None,
+        arbitration: Literal["flexible", "own"] = "flexible",
         gridlock_after: float = 90.0,
     ) -> None:
         if not 0 <= rate <= 1:
             raise UsageError(f"rate {rate:g}: expected a share from 0 to 1")
         self.reward = reward or Reward()
-        self.world = World(scenario, rate, seed, controller="training")
+        self.world = World(scenario, rate, seed, controller="training", arbitration=arbitration)
         if len(self.world.sites) != 1:
             raise ScenarioError(f"{scenario.name}: training needs a scenario with one junction")
         ((self._name, self._site),) = self.world.sites.items()

@@ -1,0 +1,89 @@
+"""What RVs earn for what the traffic is like after each step."""
+
+from collections.abc import Sequence
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from benchmark.state import STATIONARY, TrafficState, Vehicle
+
+
+class Reward(BaseModel):
+    """What an RV earns in a step; only the first part is published (paper, "Reward").
+
+    The published part is the team's. The others tell an RV what it can change: the lanes of its own
+    approach, whom it leads, and its own pace.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    waiting: float = Field(1.0, ge=0, description="cost of the sum of normalised waiting")
+    longest_wait: float = Field(200.0, gt=0, description="waiting that counts as 1 [s]")
+    standing: float = Field(0.0, ge=0, description="cost of a standing vehicle of the own approach")
+    leads: float = Field(0.0, ge=0, description="for each HV more that no other RV would lead")
+    pace: float = Field(0.0, ge=0, description="cost of standing, less the faster the ego drives")
+
+
+class Earnings:
+    """What RVs earn, step by step.
+
+    Args:
+        reward: its parts.
+    """
+
+    def __init__(self, reward: Reward) -> None:
+        self._reward = reward
+        self._led: dict[str, int] = {}
+
+    def of(self, state: TrafficState, egos: Sequence[Vehicle]) -> tuple[dict[str, float], float]:
+        """What each ego earns, by id, and what one that has just got out does.
+
+        Args:
+            state: the traffic after the step.
+            egos: RVs that are still there.
+        """
+        reward = self._reward
+        normalised = (min(1.0, one.waiting / reward.longest_wait) for one in state.vehicles)
+        team = -reward.waiting * sum(normalised)
+        standing = _standing(state) if reward.standing else {}
+        led = led_alone(state) if reward.leads else {}
+        lanes = state.intersection.lanes
+        earned = {}
+        for ego in egos:
+            lane = lanes.get(ego.lane)
+            fastest = lane.speed_limit if lane else ego.body.maximum_speed
+            now = led.get(ego.id, 0)
+            earned[ego.id] = (
+                team
+                - reward.standing * (standing.get(lane.approach, 0) if lane else 0)
+                + reward.leads * (now - self._led.get(ego.id, now))
+                - reward.pace * max(0.0, 1.0 - ego.speed / fastest)
+            )
+        self._led = {ego.id: led.get(ego.id, 0) for ego in egos}
+        return earned, team
+
+
+def _standing(state: TrafficState) -> dict[str, int]:
+    """Vehicles that stand before the entrance, by approach."""
+    lanes, found = state.intersection.lanes, dict[str, int]()
+    for one in state.vehicles:
+        if one.speed < STATIONARY and (lane := lanes.get(one.lane)) is not None:
+            found[lane.approach] = found.get(lane.approach, 0) + 1
+    return found
+
+
+def led_alone(state: TrafficState) -> dict[str, int]:
+    """How many HVs each RV leads that nobody would lead without it: a difference reward.
+
+    The first RV of a lane leads the HVs behind it, up to the next RV; any other RV adds nobody.
+    """
+    by_lane: dict[str, list[Vehicle]] = {}
+    for one in state.vehicles:
+        by_lane.setdefault(one.lane, []).append(one)
+    found = {}
+    for vehicles in by_lane.values():
+        vehicles.sort(key=lambda one: one.distance)
+        robots = [place for place, one in enumerate(vehicles) if one.is_robot]
+        if robots:
+            first, end = robots[0], (*robots, len(vehicles))[1]
+            found[vehicles[first].id] = end - first - 1
+    return found
