@@ -1,5 +1,7 @@
 """The committed results: complete, consistent, reproducible, and true to what is said of them."""
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 from statistics import mean
 
@@ -23,6 +25,10 @@ def records() -> list[Record]:
 @pytest.fixture(scope="module")
 def rows(records: list[Record]) -> list[leaderboard.Row]:
     return leaderboard.rows(records)
+
+
+Of = dict[int, Record]
+"""Records by seed."""
 
 
 def waits(rows: list[leaderboard.Row], scenario: str, controller: str) -> list[float]:
@@ -51,9 +57,11 @@ def test_the_records_are_of_the_scenarios_as_they_are(records: list[Record]) -> 
     assert {(r.scenario, r.scenario_hash) for r in records} == set(hashes.items())
 
 
-def test_the_leaderboard_files_follow_from_the_records(rows: list[leaderboard.Row]) -> None:
-    remedy = "regenerate with `make results`"
-    results = ROOT / "results"
+@pytest.mark.parametrize(("folder", "target"), [("", "results"), ("time-windows", "ablations")])
+def test_the_leaderboard_files_follow_from_the_records(folder: str, target: str) -> None:
+    remedy = f"regenerate with `make {target}`"
+    results = ROOT / "results" / folder
+    rows = leaderboard.rows(Store(results).read())
     assert (results / "LEADERBOARD.md").read_text("utf-8") == tables.markdown(rows), remedy
     assert (results / "leaderboard.csv").read_text("utf-8") == tables.as_csv(rows), remedy
 
@@ -72,6 +80,7 @@ def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) 
         ("229", "virtual-signal", 0.6),
         ("332", "wang", 0.8),
         ("334", "wang-tuned", 0.7),
+        ("229", "time-windows", 0.6),
     ],
 )
 def test_a_record_comes_out_again_as_it_was_committed(
@@ -127,21 +136,85 @@ def test_from_70_percent_on_wang_waits_less_than_the_deployed_signal_on_three_of
     assert len(below) >= 3
 
 
+Figure = Callable[[Record], float | None]
+
+
+def waiting(record: Record) -> float | None:
+    return record.junctions["intersection"].average_waiting_time
+
+
+def travel(record: Record) -> float | None:
+    return record.trips.travel_time if record.trips else None
+
+
+def by_seed(records: list[Record], scenario: str, controller: str, rate: float | None) -> Of:
+    """A cell's records."""
+    return {
+        r.seed: r
+        for r in records
+        if r.scenario.endswith(scenario) and (r.controller, r.rate) == (controller, rate)
+    }
+
+
+def differences(one: Of, other: Of, figure: Figure) -> list[float]:
+    """Of a figure, paired by seed."""
+    assert one.keys() == other.keys()
+    pairs = [(figure(one[seed]), figure(other[seed])) for seed in sorted(one)]
+    return [a - b for a, b in pairs if a is not None and b is not None]
+
+
 def test_wang_tuned_is_nowhere_significantly_worse_than_first_come(records: list[Record]) -> None:
-    samples: dict[tuple[str, float | None], dict[str, dict[int, float]]] = {}
-    for record in records:
-        if record.controller in ("wang-tuned", "first-come"):
-            waiting = record.junctions["intersection"].average_waiting_time
-            assert waiting is not None
-            cell = samples.setdefault((record.scenario, record.rate), {})
-            cell.setdefault(record.controller, {})[record.seed] = waiting
-    assert len(samples) == len(FOUR) * len(RATES)
     pairs = {
-        key: [one - cell["first-come"][seed] for seed, one in cell["wang-tuned"].items()]
-        for key, cell in samples.items()
+        (scenario, rate): differences(
+            by_seed(records, scenario, "wang-tuned", rate),
+            by_seed(records, scenario, "first-come", rate),
+            waiting,
+        )
+        for scenario in FOUR
+        for rate in RATES
     }
     found = dict(zip(pairs, estimates(list(pairs.values())), strict=True))
     assert not [key for key, one in found.items() if one.excludes_zero and one.mean > 0]
+
+
+@pytest.mark.parametrize("figure", [waiting, travel])
+@pytest.mark.parametrize("scenario", FOUR)
+def test_time_windows_beat_the_better_signal_from_50_percent_on(
+    records: list[Record], scenario: str, figure: Figure
+) -> None:
+    signals = [
+        by_seed(records, scenario, name, None)
+        for name in ("traffic-light-webster", "traffic-light-actuated")
+    ]
+    better = min(signals, key=lambda of: mean(figure(one) or math.inf for one in of.values()))
+    ours = [by_seed(records, scenario, "time-windows", rate) for rate in RATES[4:]]
+    half, *more = estimates([differences(of, better, figure) for of in ours])
+    assert half.mean <= 0 or not half.excludes_zero
+    assert all(one.mean < 0 and one.excludes_zero for one in more)
+
+
+def test_time_windows_collide_at_most_a_tenth_as_often_as_first_come(records: list[Record]) -> None:
+    collisions = {
+        name: sum(
+            r.trips.collisions_with_robot for r in records if r.controller == name and r.trips
+        )
+        for name in ("time-windows", "first-come")
+    }
+    assert 10 * collisions["time-windows"] <= collisions["first-come"]
+
+
+def test_the_ablations_of_time_windows_start_from_the_rows_of_the_leaderboard(
+    records: list[Record],
+) -> None:
+    held = Store(ROOT / "results" / "time-windows").read()
+    for scenario in FOUR:
+        for rate in (0.4, 0.6):
+            ablated, shown = (by_seed(of, scenario, "time-windows", rate) for of in (held, records))
+            assert len(ablated) == 20
+            assert not any(differences(ablated, shown, waiting))
+            variants = {r.controller for r in held if r.rate == rate} - {"time-windows"}
+            assert len(variants) == 4
+            assert all(len(by_seed(held, scenario, one, rate)) == 20 for one in variants)
 
 
 @pytest.mark.parametrize("scenario", FOUR)

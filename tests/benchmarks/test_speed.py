@@ -74,7 +74,12 @@ def bare_sumo(seed: int) -> list[str]:
 
 @pytest.mark.parametrize(
     ("controller", "rate", "limit"),
-    [("traffic-light", None, 1.4), ("virtual-signal", 0.6, 2.0), ("wang", 0.6, 2.5)],
+    [
+        ("traffic-light", None, 1.4),
+        ("virtual-signal", 0.6, 2.0),
+        ("time-windows", 0.6, 2.5),
+        ("wang", 0.6, 2.5),
+    ],
 )
 def test_an_episode_takes_little_longer_than_bare_sumo(
     benchmark: BenchmarkFixture,
