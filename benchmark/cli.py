@@ -3,26 +3,17 @@
 import json
 import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from benchmark import __version__
+from benchmark.commands import console
+from benchmark.commands.records import capacity, leaderboard
+from benchmark.commands.run import LARGEST_SEED, run
 from benchmark.errors import RightOfWayError, UsageError
-from benchmark.learning import command
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from benchmark.episode import Episode
-    from benchmark.leaderboard import Row
-    from benchmark.record import Record
-    from benchmark.store import Store
-
-LARGEST_SEED = 2**31 - 1  # of SUMO
-PAPER = "colorado-springs"
+from benchmark.learning.command import train
 
 app = typer.Typer(
     name="rightofway",
@@ -33,12 +24,6 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-Scenarios = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="[SCENARIO]...", help="Files, folders or shipped names; default: the paper's four."
-    ),
-]
 OneScenario = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A file or a shipped name, such as 334.")
 ]
@@ -49,7 +34,7 @@ def main() -> None:
     try:
         code = app(standalone_mode=False) or 0
     except RightOfWayError as error:
-        _stderr().print(f"[bold red]error:[/] {_literal(str(error))}", soft_wrap=True)
+        console.stderr().print(f"[bold red]error:[/] {console.literal(str(error))}", soft_wrap=True)
         code = 2
     except (KeyboardInterrupt, typer.Abort):
         code = 130
@@ -61,24 +46,6 @@ def main() -> None:
         error.show()
         code = 2
     sys.exit(code)
-
-
-def _stdout() -> "Console":
-    from rich.console import Console
-
-    return Console(highlight=False)
-
-
-def _stderr() -> "Console":
-    from rich.console import Console
-
-    return Console(stderr=True, highlight=False)
-
-
-def _literal(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)
 
 
 def _version(wanted: bool) -> None:
@@ -108,17 +75,17 @@ def list_() -> None:
 
     scenarios = Table("scenario", "title", box=None)
     for name, path in catalogue.shipped().items():
-        scenarios.add_row(name, _literal(scenario.load(path).title))
+        scenarios.add_row(name, console.literal(scenario.load(path).title))
     controllers = Table("controller", "rules", "description", box=None)
     for name in plugins.discovered():
         try:
             kind = plugins.load(name)
         except ControllerError as error:
-            controllers.add_row(name, "broken", _literal(str(error)))
+            controllers.add_row(name, "broken", console.literal(str(error)))
         else:
-            controllers.add_row(name, kind.rules, _literal(plugins.description(kind)))
+            controllers.add_row(name, kind.rules, console.literal(plugins.description(kind)))
     for table in (scenarios, controllers):
-        _stdout().print(table)
+        console.stdout().print(table)
 
 
 @app.command()
@@ -151,11 +118,11 @@ def check(
                 *(f"{share.wanted:.1%}", f"{share.realised:.1%}"),
                 "-" if degree is None else f"{degree:.2f}",
             )
-        _stdout().print(table)
+        console.stdout().print(table)
         for finding in found.findings:
-            _stdout().print(f"[yellow]![/] {_literal(finding)}", soft_wrap=True)
+            console.stdout().print(f"[yellow]![/] {console.literal(finding)}", soft_wrap=True)
         count = len(found.findings)
-        _stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
+        console.stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
 
 
 @app.command()
@@ -193,202 +160,9 @@ def signal(scenario: OneScenario) -> None:
     typer.echo(tomli_w.dumps({"signal": {"kind": proposed.kind, **document}}), nl=False)
 
 
-@app.command()
-def run(
-    scenario: Scenarios = None,
-    controller: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--controller",
-            help="Repeatable; NAME or NAME?option=value&option=value; default: all installed.",
-        ),
-    ] = None,
-    rate: Annotated[
-        list[float] | None,
-        typer.Option("--rate", min=0, max=1, help="Repeatable; default: the scenario's."),
-    ] = None,
-    seeds: Annotated[int | None, typer.Option(min=1, help="Use the seeds 1 to N.")] = None,
-    seed: Annotated[
-        list[int] | None, typer.Option(min=0, max=LARGEST_SEED, help="Repeatable; this seed.")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
-) -> None:
-    """Run episodes, append their records and print the leaderboard."""
-    from benchmark import catalogue, leaderboard, suite
-    from benchmark.store import Store
-
-    if seeds and seed:
-        raise UsageError("--seeds and --seed exclude each other; give one of them")
-    store = Store(out, notice=_notice)
-    chosen = suite.episodes(
-        catalogue.find(scenario or [PAPER]),
-        list(dict.fromkeys(controller or _usable_controllers())),
-        list(dict.fromkeys(rate)) if rate else None,
-        list(dict.fromkeys(seed)) if seed else (range(1, seeds + 1) if seeds else None),
-    )
-    store.prepare()
-    suite.prepare(chosen)
-    records = _run_with_progress(chosen, workers or os.cpu_count() or 1, store)
-    rows = leaderboard.rows(store.read())
-    _write_leaderboard(rows, out)
-    _print_leaderboard(rows, out)
-    _report_failures(records)
-    if any(record.status not in ("ok", "skipped") for record in records):
-        raise typer.Exit(1)
-
-
-def _usable_controllers() -> list[str]:
-    """All installed controllers but those that cannot be loaded, which are named."""
-    from benchmark import plugins
-    from benchmark.errors import ControllerError
-
-    usable = []
-    for name in plugins.discovered():
-        try:
-            plugins.load(name)
-        except ControllerError as error:
-            _notice(f"{error}; left out")
-        else:
-            usable.append(name)
-    return usable
-
-
-def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store") -> "list[Record]":
-    from rich import progress
-
-    from benchmark import suite
-
-    records = []
-    columns = (
-        progress.TextColumn("{task.completed}/{task.total} episodes"),
-        progress.BarColumn(),
-        progress.TaskProgressColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-    )
-    try:
-        with progress.Progress(*columns, console=_stderr()) as bar:
-            task = bar.add_task("", total=len(chosen))
-            for record in suite.run_all(chosen, workers):
-                store.append(record)
-                records.append(record)
-                bar.advance(task)
-    except KeyboardInterrupt:
-        _notice(
-            f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
-            "a new run starts from the beginning"
-        )
-        raise
-    return records
-
-
-def _report_failures(records: "Sequence[Record]") -> None:
-    """Name each kind of failure once, with an episode that shows it."""
-    seen: dict[tuple[str, str, str], list[Record]] = {}
-    for record in records:
-        if record.status != "ok":
-            key = (record.controller, record.status, record.reason or "")
-            seen.setdefault(key, []).append(record)
-    for (controller, status, reason), members in seen.items():
-        one = members[0]
-        _notice(
-            f"{controller}: {len(members)} {status}, such as {one.scenario} "
-            f"rate {one.rate} seed {one.seed}: {reason}"
-        )
-    refusals: dict[str, int] = {}
-    for record in records:
-        for junction in record.junctions.values():
-            for reason in junction.refusals:
-                kind = reason.rpartition(" (")[0]
-                refusals[kind] = refusals.get(kind, 0) + 1
-    for kind, episodes in refusals.items():
-        _notice(f"{kind} (in {episodes} of {len(records)} episodes)")
-
-
-def _notice(message: str) -> None:
-    _stderr().print(f"[yellow]![/] {_literal(message)}", soft_wrap=True)
-
-
-def _write_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
-    from benchmark import tables
-    from benchmark.errors import StoreError
-
-    try:
-        (out / "LEADERBOARD.md").write_text(tables.markdown(rows), encoding="utf-8")
-        (out / "leaderboard.csv").write_text(tables.as_csv(rows), encoding="utf-8")
-    except OSError as error:
-        raise StoreError(f"{out}: cannot write the leaderboard: {error.strerror}") from error
-
-
-def _print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
-    from benchmark import tables
-
-    console = _stdout()
-    for table in tables.terminal(rows, console.width):
-        console.print(table)
-        console.print()
-    console.print(_literal(tables.legend()), soft_wrap=True)
-    console.print(f"all figures: {out / 'LEADERBOARD.md'}", soft_wrap=True)
-
-
-@app.command("leaderboard")
-def leaderboard_(
-    records: Annotated[
-        Path, typer.Option("--records", help="Results folder, or its records folder.")
-    ] = Path("out"),
-    form: Annotated[
-        str | None,
-        typer.Option("--format", help="md, csv, json or latex; default: tables for the terminal."),
-    ] = None,
-    rate: Annotated[
-        float | None, typer.Option(help="One Markdown table of all scenarios at this rate.")
-    ] = None,
-) -> None:
-    """Show the leaderboard of a results folder; needs no SUMO."""
-    from benchmark import leaderboard, tables
-    from benchmark.store import Store
-
-    known = ("md", "csv", "json", "latex")
-    if form is not None and form not in known:
-        raise UsageError(f'--format "{form}": expected {", ".join(known)}')
-    if rate is not None and form not in (None, "md"):
-        raise UsageError("--rate makes a Markdown table; leave out --format, or give md")
-    folder = records.parent if records.name == "records" else records
-    rows = leaderboard.rows(Store(folder, notice=_notice).read())
-    if rate is not None:
-        if rate not in (known_rates := sorted({row.rate for row in rows if row.rate is not None})):
-            raise UsageError(
-                f"--rate {rate:g}: no records; expected one of {', '.join(map(str, known_rates))}"
-            )
-        typer.echo(tables.summary(rows, rate), nl=False)
-    elif form is None:
-        _print_leaderboard(rows, folder)
-    else:
-        typer.echo(tables.render(rows, form), nl=False)  # type: ignore[arg-type]
-
-
-@app.command()
-def capacity(
-    records: Annotated[
-        Path, typer.Option("--records", help="Results folder, or its records folder.")
-    ] = Path("out"),
-) -> None:
-    """Show at which demand intersections jam, from runs of scenarios such as 334@700."""
-    from benchmark import capacity
-    from benchmark.store import Store
-
-    folder = records.parent if records.name == "records" else records
-    found = capacity.curves(Store(folder, notice=_notice).read())
-    if not found:
-        raise UsageError(
-            f"{folder}: no records of scenarios at demands of their own; "
-            "make some with `rightofway run 334@500 334@700 334@900`"
-        )
-    typer.echo(capacity.markdown(found), nl=False)
+app.command()(run)
+app.command()(leaderboard)
+app.command()(capacity)
 
 
 @app.command()
@@ -412,7 +186,7 @@ def watch(
         raise typer.Exit(1)
 
 
-app.command()(command.train)
+app.command()(train)
 
 
 @app.command()

@@ -1,0 +1,1 @@
+"""The longer subcommands of ``rightofway``, a file each; ``benchmark.cli`` gathers them."""

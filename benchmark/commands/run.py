@@ -1,0 +1,142 @@
+"""The command ``rightofway run``."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchmark.commands import console
+from benchmark.commands.records import print_leaderboard, write_leaderboard
+from benchmark.errors import UsageError
+
+if TYPE_CHECKING:
+    from benchmark.episode import Episode
+    from benchmark.record import Record
+    from benchmark.store import Store
+
+LARGEST_SEED = 2**31 - 1  # of SUMO
+PAPER = "colorado-springs"
+
+Scenarios = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="[SCENARIO]...", help="Files, folders or shipped names; default: the paper's four."
+    ),
+]
+
+
+def run(
+    scenario: Scenarios = None,
+    controller: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--controller",
+            help="Repeatable; NAME or NAME?option=value&option=value; default: all installed.",
+        ),
+    ] = None,
+    rate: Annotated[
+        list[float] | None,
+        typer.Option("--rate", min=0, max=1, help="Repeatable; default: the scenario's."),
+    ] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help="Use the seeds 1 to N.")] = None,
+    seed: Annotated[
+        list[int] | None, typer.Option(min=0, max=LARGEST_SEED, help="Repeatable; this seed.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
+) -> None:
+    """Run episodes, append their records and print the leaderboard."""
+    from benchmark import catalogue, leaderboard, suite
+    from benchmark.store import Store
+
+    if seeds and seed:
+        raise UsageError("--seeds and --seed exclude each other; give one of them")
+    store = Store(out, notice=console.notice)
+    chosen = suite.episodes(
+        catalogue.find(scenario or [PAPER]),
+        list(dict.fromkeys(controller or _usable_controllers())),
+        list(dict.fromkeys(rate)) if rate else None,
+        list(dict.fromkeys(seed)) if seed else (range(1, seeds + 1) if seeds else None),
+    )
+    store.prepare()
+    suite.prepare(chosen)
+    records = _run_with_progress(chosen, workers or os.cpu_count() or 1, store)
+    rows = leaderboard.rows(store.read())
+    write_leaderboard(rows, out)
+    print_leaderboard(rows, out)
+    _report_failures(records)
+    if any(record.status not in ("ok", "skipped") for record in records):
+        raise typer.Exit(1)
+
+
+def _usable_controllers() -> list[str]:
+    """All installed controllers but those that cannot be loaded, which are named."""
+    from benchmark import plugins
+    from benchmark.errors import ControllerError
+
+    usable = []
+    for name in plugins.discovered():
+        try:
+            plugins.load(name)
+        except ControllerError as error:
+            console.notice(f"{error}; left out")
+        else:
+            usable.append(name)
+    return usable
+
+
+def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store") -> "list[Record]":
+    from rich import progress
+
+    from benchmark import suite
+
+    records = []
+    columns = (
+        progress.TextColumn("{task.completed}/{task.total} episodes"),
+        progress.BarColumn(),
+        progress.TaskProgressColumn(),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+    )
+    try:
+        with progress.Progress(*columns, console=console.stderr()) as bar:
+            task = bar.add_task("", total=len(chosen))
+            for record in suite.run_all(chosen, workers):
+                store.append(record)
+                records.append(record)
+                bar.advance(task)
+    except KeyboardInterrupt:
+        console.notice(
+            f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
+            "a new run starts from the beginning"
+        )
+        raise
+    return records
+
+
+def _report_failures(records: "Sequence[Record]") -> None:
+    """Name each kind of failure once, with an episode that shows it."""
+    seen: dict[tuple[str, str, str], list[Record]] = {}
+    for record in records:
+        if record.status != "ok":
+            key = (record.controller, record.status, record.reason or "")
+            seen.setdefault(key, []).append(record)
+    for (controller, status, reason), members in seen.items():
+        one = members[0]
+        console.notice(
+            f"{controller}: {len(members)} {status}, such as {one.scenario} "
+            f"rate {one.rate} seed {one.seed}: {reason}"
+        )
+    refusals: dict[str, int] = {}
+    for record in records:
+        for junction in record.junctions.values():
+            for reason in junction.refusals:
+                kind = reason.rpartition(" (")[0]
+                refusals[kind] = refusals.get(kind, 0) + 1
+    for kind, episodes in refusals.items():
+        console.notice(f"{kind} (in {episodes} of {len(records)} episodes)")
