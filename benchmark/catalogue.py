@@ -22,21 +22,23 @@ def shipped() -> dict[str, Path]:
     return {f"{path.parent.name}/{path.stem}": path for path in _files(shipped_folder())}
 
 
-def find(references: Iterable[str]) -> list[Scenario]:
+def find(references: Iterable[str], also: Iterable[str] = ()) -> list[Scenario]:
     """Load scenarios by reference, each once, in the order asked for.
 
     Args:
         references: each a file, a folder of files, a shipped name (``colorado-springs/229`` or
             just ``229``) or a shipped folder's name (``colorado-springs``); any of these with
             ``@700`` behind it has its turning counts scaled to 700 veh/h in total.
+        also: names that the caller knows besides, for suggestions.
 
     Raises:
         ScenarioError: a reference leads nowhere, or a file is not a valid scenario.
     """
+    others = tuple(also)
     found: dict[tuple[Path, float | None], Path] = {}
     for reference in references:
         place, demand = _split(reference)
-        for path in _resolve(place):
+        for path in _resolve(place, others):
             found.setdefault((path.resolve(), demand), path)
     return [
         load(path) if demand is None else load(path).at_demand(demand)
@@ -73,7 +75,7 @@ def _split(reference: str) -> tuple[str, float | None]:
     return place, demand
 
 
-def _resolve(reference: str) -> list[Path]:
+def _resolve(reference: str, also: Iterable[str]) -> list[Path]:
     path, known = Path(reference), shipped()
     if any(len(part) > LONGEST_NAME for part in path.parts):
         raise ScenarioError(f'unknown scenario "{reference[:40]}...": no file has such a long name')
@@ -88,7 +90,7 @@ def _resolve(reference: str) -> list[Path]:
     folders = {name.split("/")[0] for name in known}
     raise ScenarioError(
         f'unknown scenario "{reference}": neither a file, a folder nor shipped'
-        f"{nearest(reference, [*known, *sorted(folders)])}"
+        f"{nearest(reference, [*known, *sorted(folders), *also])}"
     )
 
 

@@ -67,15 +67,21 @@ def _root(
 
 @app.command("list")
 def list_() -> None:
-    """List the shipped scenarios and the installed controllers."""
+    """List the shipped scenarios and suites and the installed controllers."""
     from rich.table import Table
 
-    from benchmark import catalogue, plugins, scenario
+    from benchmark import catalogue, plugins, scenario, suite_file
     from benchmark.errors import ControllerError
 
     scenarios = Table("scenario", "title", box=None)
     for name, path in catalogue.shipped().items():
         scenarios.add_row(name, console.literal(scenario.load(path).title))
+    suites = Table("suite", "scenarios", "controllers", box=None)
+    for name, path in suite_file.shipped().items():
+        declared = suite_file.load(path)
+        suites.add_row(
+            name, *(", ".join(words) for words in (declared.scenarios, declared.controllers))
+        )
     controllers = Table("controller", "rules", "description", box=None)
     for name in plugins.discovered():
         try:
@@ -84,7 +90,7 @@ def list_() -> None:
             controllers.add_row(name, "broken", console.literal(str(error)))
         else:
             controllers.add_row(name, kind.rules, console.literal(plugins.description(kind)))
-    for table in (scenarios, controllers):
+    for table in (scenarios, suites, controllers):
         console.stdout().print(table)
 
 

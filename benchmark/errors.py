@@ -12,6 +12,10 @@ class ScenarioError(RightOfWayError):
     """A scenario file cannot be read, or says something impossible."""
 
 
+class SuiteError(RightOfWayError):
+    """A suite file cannot be read, or says something impossible."""
+
+
 class NetworkError(RightOfWayError):
     """A SUMO program refused the network, the demand or the signal program."""
 

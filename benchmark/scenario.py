@@ -3,7 +3,6 @@
 import hashlib
 import json
 import re
-import tomllib
 from collections.abc import Iterator
 from datetime import date, time
 from itertools import pairwise
@@ -19,6 +18,7 @@ from pydantic import (
     model_validator,
 )
 
+from benchmark import toml_file
 from benchmark.errors import ScenarioError
 from benchmark.scenario_tables import (
     COMPASS,
@@ -215,16 +215,7 @@ def load(path: Path) -> Scenario:
         ScenarioError: the file is missing, not UTF-8, not TOML, or not a valid scenario; the
             message names the file, the key's path, the value, what was expected.
     """
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot read the file: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(
-            f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8"
-        ) from error
-    except (RecursionError, ValueError) as error:  # too deep; bad syntax or a number too long
-        raise ScenarioError(f"{path}: not valid TOML: {error}") from error
+    document = toml_file.read(path, ScenarioError)
     return parse(document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}")
 
 

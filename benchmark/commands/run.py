@@ -22,7 +22,8 @@ PAPER = "colorado-springs"
 Scenarios = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[SCENARIO]...", help="Files, folders or shipped names; default: the paper's four."
+        metavar="[SCENARIO]...",
+        help="Files, folders or shipped names, or one suite; default: the paper's four.",
     ),
 ]
 
@@ -33,12 +34,14 @@ def run(
         list[str] | None,
         typer.Option(
             "--controller",
-            help="Repeatable; NAME or NAME?option=value&option=value; default: all installed.",
+            help="Repeatable; NAME or NAME?option=value&option=value; default: the suite's or all.",
         ),
     ] = None,
     rate: Annotated[
         list[float] | None,
-        typer.Option("--rate", min=0, max=1, help="Repeatable; default: the scenario's."),
+        typer.Option(
+            "--rate", min=0, max=1, help="Repeatable; default: the suite's or scenario's."
+        ),
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="Use the seeds 1 to N.")] = None,
     seed: Annotated[
@@ -50,17 +53,17 @@ def run(
     out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
 ) -> None:
     """Run episodes, append their records and print the leaderboard."""
-    from benchmark import catalogue, leaderboard, suite
+    from benchmark import leaderboard, suite
     from benchmark.store import Store
 
     if seeds and seed:
         raise UsageError("--seeds and --seed exclude each other; give one of them")
     store = Store(out, notice=console.notice)
-    chosen = suite.episodes(
-        catalogue.find(scenario or [PAPER]),
-        list(dict.fromkeys(controller or _usable_controllers())),
-        list(dict.fromkeys(rate)) if rate else None,
-        list(dict.fromkeys(seed)) if seed else (range(1, seeds + 1) if seeds else None),
+    chosen = _chosen(
+        scenario or [PAPER],
+        controller or [],
+        rate or [],
+        seed or range(1, (seeds or 0) + 1),
     )
     store.prepare()
     suite.prepare(chosen)
@@ -71,6 +74,30 @@ def run(
     _report_failures(records)
     if any(record.status not in ("ok", "skipped") for record in records):
         raise typer.Exit(1)
+
+
+def _chosen(
+    references: Sequence[str],
+    controllers: Sequence[str],
+    rates: Sequence[float],
+    seeds: Sequence[int],
+) -> "list[Episode]":
+    """The episodes that were asked for; what was left open is the suite's, or the default."""
+    from benchmark import catalogue, suite, suite_file
+
+    declared = suite_file.find(references)
+    if declared is None:
+        scenarios = catalogue.find(references, also=suite_file.shipped())
+        controllers = controllers or _usable_controllers()
+    else:
+        scenarios = declared.load_scenarios()
+        controllers = controllers or declared.checked_controllers()
+        rates = rates or declared.rates or ()
+        seeds = seeds or range(1, (declared.seeds or 0) + 1)
+    once = dict.fromkeys
+    return suite.episodes(
+        scenarios, list(once(controllers)), list(once(rates)) or None, list(once(seeds)) or None
+    )
 
 
 def _usable_controllers() -> list[str]:

@@ -1,0 +1,126 @@
+"""Suites declared in TOML files: which controllers meet which scenarios, rates and seeds."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, PositiveInt, PrivateAttr, ValidationError
+
+from benchmark import catalogue, plugins, toml_file
+from benchmark.errors import RightOfWayError, SuiteError, UsageError
+from benchmark.scenario import Scenario
+from benchmark.scenario_tables import Share, Table
+from benchmark.validation import explain
+
+OWN_KEYS = frozenset({"controllers", "scenarios"})  # by which a suite is told from a scenario
+FOLDER = Path(__file__).parent / "suites"
+
+Reference = Annotated[str, Field(min_length=1)]
+
+
+class Suite(Table):
+    """A declared study: every controller meets the same scenarios, rates and seeds."""
+
+    scenarios: tuple[Reference, ...] = Field(
+        min_length=1, description="Files and folders beside the suite's file, or shipped names."
+    )
+    controllers: tuple[Reference, ...] = Field(
+        min_length=1, description='With options or without, as in "virtual-signal?green=15".'
+    )
+    rates: tuple[Share, ...] | None = Field(
+        None, min_length=1, description="Penetration rates; default: each scenario's."
+    )
+    seeds: PositiveInt | None = Field(
+        None, description="The suite uses the seeds 1 to this number; default: each scenario's."
+    )
+
+    _path: Path = PrivateAttr(default=Path())
+
+    def load_scenarios(self) -> list[Scenario]:
+        """The scenarios, those that lie beside the suite's file before shipped ones.
+
+        Raises:
+            SuiteError: a reference leads nowhere, or to a file that is no valid scenario.
+        """
+        references = [_placed(one, self._path.parent) for one in self.scenarios]
+        try:
+            return catalogue.find(references)
+        except RightOfWayError as error:
+            raise SuiteError(f"{self._path}: scenarios: {error}") from error
+
+    def checked_controllers(self) -> list[str]:
+        """The controllers, every one of which is installed and takes its options.
+
+        Raises:
+            SuiteError: one of them is not, or does not.
+        """
+        for index, reference in enumerate(self.controllers):
+            try:
+                plugins.find(reference)
+            except RightOfWayError as error:
+                raise SuiteError(f"{self._path}: controllers[{index}]: {error}") from error
+        return list(self.controllers)
+
+
+def _placed(reference: str, folder: Path) -> str:
+    """A scenario's reference as seen from anywhere: files and folders lie beside the suite."""
+    place, at, _ = reference.rpartition("@")
+    candidates = [folder / reference, *([folder / place] if at else [])]
+    own = candidates[-1].suffix == ".toml" or any(one.exists() for one in candidates)
+    return str(folder / reference) if own else reference
+
+
+def shipped() -> dict[str, Path]:
+    """The shipped suites by name, as in ``paper``."""
+    return {path.stem: path for path in sorted(FOLDER.glob("*.toml"))}
+
+
+def find(references: Sequence[str]) -> Suite | None:
+    """The suite that references name; None where they all name scenarios.
+
+    Args:
+        references: files of suites or scenarios, shipped suites' names, or whatever
+            ``benchmark.catalogue.find`` knows.
+
+    Raises:
+        SuiteError: the suite is not valid.
+        UsageError: it does not stand alone.
+    """
+    found = {one: path for one in references if (path := _path(one)) is not None}
+    if found and len(references) > 1:
+        raise UsageError(
+            f'"{next(iter(found))}" is a suite and names its scenarios itself; give it alone'
+        )
+    return load(next(iter(found.values()))) if found else None
+
+
+def _path(reference: str) -> Path | None:
+    """Where the suite of that name is; a folder of the user's scenarios comes before it."""
+    path = Path(reference)
+    if reference in shipped() and not any(path.rglob("*.toml")):
+        return path if _declares_suite(path) else shipped()[reference]
+    return path if _declares_suite(path) else None
+
+
+def _declares_suite(path: Path) -> bool:
+    try:
+        return not OWN_KEYS.isdisjoint(toml_file.read(path, SuiteError))
+    except SuiteError:
+        return False  # whoever reads it as a scenario says what is wrong
+
+
+def load(path: Path) -> Suite:
+    """Read and validate a suite's file.
+
+    Raises:
+        SuiteError: the file is missing, not TOML, or not a valid suite; the message names the
+            file, the key's path, the value, what was expected.
+    """
+    document = toml_file.read(path, SuiteError)
+    try:  # by way of JSON, whose lists are tuples; no key takes a date
+        suite = Suite.model_validate_json(json.dumps(document, default=str))
+    except ValidationError as error:
+        raise SuiteError(explain(error, Suite, str(path))) from error
+    suite._path = path
+    return suite
