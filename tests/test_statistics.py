@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmark.statistics import ENOUGH, Estimate, estimates
+from benchmark.statistics import ENOUGH, Estimate, estimates, reductions
 
 VALUES = st.floats(-1e6, 1e6)
 SAMPLE = st.lists(VALUES, min_size=1, max_size=12)
@@ -147,3 +147,57 @@ def test_many_samples_take_little_memory() -> None:
     finally:
         tracemalloc.stop()
     assert peak < 50e6
+
+
+# --- reductions --------------------------------------------------------------------------------
+
+
+def reduction(ours: Sequence[float], baseline: Sequence[float]) -> Estimate:
+    (found,) = reductions([(ours, baseline)])
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("share", [0.8, 0.25, 0.0, -1.5])
+def test_the_same_share_less_at_every_seed_is_certain(share: float) -> None:
+    (baseline,) = drawn(1, 12)
+    found = reduction([(1 - share) * value for value in baseline], baseline)
+    assert (found.mean, found.low, found.high) == pytest.approx((share,) * 3)
+    assert found.excludes_zero == (share != 0)
+
+
+def test_a_reduction_compares_means_not_seeds() -> None:
+    """One seed that jams counts in full: the mean of the seeds' own shares would be 25 %."""
+    assert reduction([10, 100], [20, 100]).mean == pytest.approx(1 - 110 / 120)
+
+
+def test_pairing_makes_a_reduction_surer() -> None:
+    (baseline,) = drawn(1, 20)
+    ours = [0.9 * value for value in baseline]
+    paired, shuffled = reduction(ours, baseline), reduction(ours[::-1], baseline)
+    assert paired.mean == pytest.approx(shuffled.mean) == pytest.approx(0.1)
+    assert paired.excludes_zero
+    assert not shuffled.excludes_zero
+
+
+def test_an_interval_of_a_reduction_agrees_with_drawing_seeds_in_a_loop() -> None:
+    ours, baseline = drawn(2, 10)
+    rng = np.random.default_rng(7)
+    shares = []
+    for _ in range(20_000):
+        seeds = rng.integers(10, size=10)
+        shares.append(1 - np.mean(np.array(ours)[seeds]) / np.mean(np.array(baseline)[seeds]))
+    found = reduction(ours, baseline)
+    spread = float(np.std(shares))
+    assert found.low == pytest.approx(np.quantile(shares, 0.025), abs=0.15 * spread)
+    assert found.high == pytest.approx(np.quantile(shares, 0.975), abs=0.15 * spread)
+
+
+def test_a_reduction_needs_something_to_divide_by() -> None:
+    assert reductions([([], []), ([1.0, 2.0], [0.0, 3.0])]) == [None, None]
+    assert reductions([([3.0], [4.0])]) == [Estimate(0.25, None, None, 1)]
+
+
+def test_samples_of_other_seeds_are_no_pair() -> None:
+    with pytest.raises(ValueError, match="3 values against 2; give those of the same seeds"):
+        reductions([([1.0, 2.0, 3.0], [1.0, 2.0])])
