@@ -76,9 +76,14 @@ def run(episode: Episode, *, window: bool = False) -> Record:
     return found.model_copy(update={"wall_time": round(clock.perf_counter() - began, 3)})
 
 
-def _record(
-    episode: Episode, controllers: Guard, facts: Mapping[str, object], *, window: bool
-) -> Record:
+def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> World:
+    """The world of an episode, built, and its controllers told where they are.
+
+    Args:
+        episode: what is to be run.
+        controllers: who decides; they support the scenario.
+        window: show it in sumo-gui.
+    """
     kind = controllers.kind
     world = World(
         episode.scenario,
@@ -90,6 +95,13 @@ def _record(
         window=window,
     )
     controllers.reset({name: site.junction for name, site in world.sites.items()}, episode.seed)
+    return world
+
+
+def _record(
+    episode: Episode, controllers: Guard, facts: Mapping[str, object], *, window: bool
+) -> Record:
+    world = world_of(episode, controllers, window=window)
     with world:
         while not world.over:
             for name, state in world.step().items():
