@@ -1,0 +1,395 @@
+"""From records to the paper's table and figures: known reductions, honest marks, named gaps."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from test_leaderboard import record, unlucky
+
+from benchmark import suite_file
+from benchmark.paper import figures, missing, published, report, tables
+from benchmark.paper.reductions import against, summary, summary_of_paper
+from benchmark.paper.samples import Samples, canonical
+from benchmark.record import Record
+from benchmark.store import Store
+
+SUITE = suite_file.load(suite_file.shipped()["paper"])
+SEEDS = range(1, 21)
+BASE = {seed: 20.0 + 5 * ((7 * seed) % 11) for seed in SEEDS}  # s, of the baselines
+CURVE = (1.0, 0.6, 0.4)
+WANG, SIGNAL = published.WANG, published.SIGNAL
+
+
+def at(
+    controller: str,
+    where: str = "229",
+    rate: float | None = 0.4,
+    seeds: Iterable[int] = SEEDS,
+    share: float = 1.0,
+    **facts: Any,
+) -> list[Record]:
+    """Episodes in which vehicles wait a share of the baselines' times."""
+    settled = {"scenario": f"colorado-springs/{where}", "rate": rate, **facts}
+    settled.setdefault("unregulated_lane_curve", CURVE)
+    return [record(controller, seed, share * BASE[seed], **settled) for seed in seeds]
+
+
+def everywhere(controller: str, share: float = 1.0) -> list[Record]:
+    return [
+        one for where, rate in published.cells() for one in at(controller, where, rate, share=share)
+    ]
+
+
+@pytest.fixture(scope="module")
+def whole() -> list[Record]:
+    """Records of everything but the ablations: a fifth less waiting, tuned half."""
+    signal = [one for where in published.INTERSECTIONS for one in at("traffic-light", where, None)]
+    methods = [*everywhere("hierarchical", 0.8), *everywhere("hierarchical-tuned", 0.5)]
+    return [*signal, *everywhere("wang"), *methods]
+
+
+def cells_of(text: str, *words: str) -> list[str]:
+    """The cells of the first row of a Markdown table that begins with these words."""
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if cells[: len(words)] == list(words):
+            return cells
+    raise AssertionError(f"no row {words} in\n{text}")
+
+
+# --- the paper's own figures -------------------------------------------------------------------
+
+
+def test_the_papers_table_is_whole_and_its_abstract_is_in_it() -> None:
+    for baseline in (published.WANG, published.SIGNAL):
+        assert [len(row) for row in published.REDUCTIONS[baseline].values()] == [4] * 4
+    assert published.reduction("wang", "334", 0.5) == 54.67  # "up to 54 %"
+    assert published.reduction("traffic-light", "229", 0.4) is None
+
+
+def test_the_papers_means_count_a_star_as_zero() -> None:
+    wang, signal = (summary_of_paper(against(Samples([]), one)) for one in (WANG, SIGNAL))
+    assert (wang.lower, signal.lower) == (13, 14)
+    assert wang.stars_as_zero == pytest.approx(3.7145 / 16)
+    assert signal.stars_as_zero == pytest.approx(5.7725 / 16)
+
+
+# --- samples -----------------------------------------------------------------------------------
+
+
+def test_options_are_compared_in_the_order_that_records_have() -> None:
+    assert canonical("hierarchical?low=forward&lateral=false") == (
+        "hierarchical?lateral=false&low=forward"
+    )
+    assert canonical("wang") == "wang"
+
+
+def test_the_newest_record_of_an_episode_counts_and_failures_do_not() -> None:
+    records = [
+        *at("wang", seeds=[1, 2], travel_time=50.0),
+        *at("wang", seeds=[1], travel_time=70.0),
+        unlucky("wang", 3, scenario="colorado-springs/229", rate=0.4),
+        *at("wang", "332", seeds=[4]),
+    ]
+    found = Samples(records).values("travel_time", "wang", "229", 0.4)
+    assert found == {1: 70.0, 2: 50.0}
+
+
+def test_of_two_versions_of_a_scenario_the_last_one_counts() -> None:
+    records = [*at("wang", seeds=[1, 2], scenario_hash="b" * 64), *at("wang", seeds=[2, 3])]
+    assert sorted(Samples(records).ok("wang", "229", 0.4)) == [2, 3]
+
+
+def test_a_signal_stands_at_every_rate() -> None:
+    samples = Samples(at("traffic-light", rate=None, seeds=[1]))
+    assert all(samples.ok("traffic-light", "229", rate) for rate in published.RATES)
+
+
+# --- reductions --------------------------------------------------------------------------------
+
+
+def test_a_known_reduction_is_found_in_every_cell(whole: list[Record]) -> None:
+    samples = Samples(whole)
+    for baseline in ("wang", "traffic-light"):
+        table = against(samples, baseline)
+        assert [(one.intersection, one.rate) for one in table] == list(published.cells())
+        for one in table:
+            plain, tuned = one.ours.values()
+            assert plain is not None
+            assert tuned is not None
+            assert (plain.mean, plain.low, plain.high) == pytest.approx((0.2,) * 3)
+            assert tuned.mean == pytest.approx(0.5)
+            assert plain.excludes_zero
+        found = summary(table, "hierarchical")
+        assert (found.cells, found.lower, found.surely_lower, found.surely_higher) == (
+            16,
+            16,
+            16,
+            0,
+        )
+        assert found.stars_as_zero == pytest.approx(0.2) == pytest.approx(found.mean)
+
+
+def test_only_seeds_that_both_have_are_compared() -> None:
+    samples = Samples([*at("wang", seeds=range(1, 11)), *at("hierarchical", seeds=range(5, 21))])
+    (first, *_) = against(samples, "wang")
+    assert first.ours["hierarchical"] is not None
+    assert first.ours["hierarchical"].count == 6
+    assert first.ours["hierarchical-tuned"] is None
+
+
+def test_more_waiting_counts_as_zero_as_in_the_paper_and_as_it_is() -> None:
+    ours = [*at("hierarchical", "229", share=3.0), *at("hierarchical", "449", share=0.4)]
+    table = against(Samples([*at("wang", "229"), *at("wang", "449"), *ours]), "wang")
+    found = summary(table, "hierarchical")
+    assert (found.cells, found.lower, found.surely_lower, found.surely_higher) == (2, 1, 1, 1)
+    assert found.stars_as_zero == pytest.approx(0.3)
+    assert found.mean == pytest.approx((0.6 - 2.0) / 2)
+
+
+def test_no_records_leave_no_summary() -> None:
+    found = summary(against(Samples([]), "wang"), "hierarchical")
+    assert (found.cells, found.lower, found.mean, found.stars_as_zero) == (0, 0, None, None)
+
+
+def test_the_table_shows_the_paper_beside_ours_with_its_marks() -> None:
+    noise = [
+        record("hierarchical", seed, BASE[1 + (3 * seed) % 20], scenario="colorado-springs/229")
+        for seed in SEEDS
+    ]
+    noise = [one.model_copy(update={"rate": 0.6}) for one in noise]
+    worse = at("hierarchical", "229", 0.7, share=1.5)
+    base = [one for rate in published.RATES for one in at("wang", "229", rate)]
+    sure = at("hierarchical", "229", 0.4, share=0.75)
+    table = against(Samples([*base, *sure, *noise, *worse]), "wang")
+    text = tables.reduction_table(table)
+    assert cells_of(text, "229", "40 %")[2:] == ["18.98", "25.0 [25.0, 25.0]", "-"]
+    assert cells_of(text, "229", "50 %")[2:] == ["6.66", "-", "-"]
+    assert re.fullmatch(
+        r"-?[\d.]+ \[-[\d.]+, [\d.]+\]( \\\*)? n\.s\.", cells_of(text, "229", "60 %")[3]
+    )
+    assert cells_of(text, "229", "70 %")[2:4] == [r"\*", r"-50.0 [-50.0, -50.0] \*"]
+    together = tables.summary_table(table)
+    assert cells_of(together, "paper")[1:] == ["23.2", "-", "13 of 16 cells", "-", "-"]
+    assert cells_of(together, "`hierarchical`")[3].endswith("of 3 cells")
+
+
+def test_few_seeds_are_never_sure() -> None:
+    few = [*at("wang", seeds=[1, 2, 3]), *at("hierarchical", seeds=[1, 2, 3], share=0.5)]
+    text = tables.reduction_table(against(Samples(few), "wang"))
+    assert cells_of(text, "229", "40 %")[3] == "50.0 [50.0, 50.0] n.s."
+
+
+# --- the other tables --------------------------------------------------------------------------
+
+
+def test_what_is_beside_waiting_has_a_row_for_each_cell_and_controller() -> None:
+    facts = {"travel_time": 111.0, "throughput": 3456.0, "collisions_with_robot": 2}
+    text = tables.beside_waiting(Samples([*at("wang", **facts), *at("hierarchical", seeds=[1])]))
+    deviation = np.std(list(BASE.values()), ddof=1)
+    median = np.median(list(BASE.values()))
+    assert cells_of(text, "229", "40 %", "`wang`")[4:] == [
+        *(f"{median:.1f}", f"{deviation:.1f}", "111.0 [111.0, 111.0]"),
+        *("3456 [3456, 3456]", "2.0 [2.0, 2.0]", "20"),
+    ]
+    assert cells_of(text, "229", "40 %", "`hierarchical`")[5] == "-"
+    assert len(text.splitlines()) == 4
+
+
+def test_ablations_have_a_row_each_at_their_intersection() -> None:
+    records = [
+        *at("hierarchical", travel_time=90.0),
+        *at("hierarchical?zones=false", rate=0.7, travel_time=80.0),
+        *at("hierarchical?brand=new", travel_time=70.0),
+        *at("hierarchical?top=go", "332"),
+        *at("virtual-signal"),
+    ]
+    text = tables.ablation_table(Samples(records), "229")
+    rows = [line.split("|")[1].strip() for line in text.splitlines()[2:]]
+    assert rows == ["`hierarchical`", "`hierarchical?zones=false`", "`hierarchical?brand=new`"]
+    cells = cells_of(text, "`hierarchical?zones=false`")
+    assert cells[1] == "no speed zones"
+    assert cells[2:5] == cells[6:9] == ["-", "-", "-"]
+    assert cells[9] == "80.0 [80.0, 80.0]"
+
+
+def test_the_difference_to_a_random_low_level_is_paired() -> None:
+    random = at("hierarchical?low=random", travel_time=100.0)
+    ours = [
+        record("hierarchical", s, BASE[s] - 5, rate=0.4, scenario="colorado-springs/229")
+        for s in SEEDS
+    ]
+    text = tables.against_random(Samples([*random, *ours]))
+    cells = cells_of(text, "229", "40 %")
+    assert cells[2:] == ["-5.0 [-5.0, -5.0]", "-", "-40.0 [-40.0, -40.0]", "-"]
+    assert len(text.splitlines()) == 3
+    assert tables.against_random(Samples(ours)) == "No records yet."
+
+
+# --- gaps --------------------------------------------------------------------------------------
+
+
+def gap(records: Iterable[Record], controller: str) -> missing.Gap | None:
+    found = missing.gaps(Samples(records), SUITE)
+    return next((one for one in found if one.controller == controller), None)
+
+
+def test_what_is_whole_is_no_gap(whole: list[Record]) -> None:
+    lacking = {one.controller for one in missing.gaps(Samples(whole), SUITE)}
+    assert lacking.isdisjoint({"wang", "traffic-light", "hierarchical", "hierarchical-tuned"})
+    assert "hierarchical?lateral=false&low=forward" in lacking
+
+
+def test_a_gap_names_cells_seeds_failures_and_the_command(whole: list[Record]) -> None:
+    holes = {("449", 0.6): SEEDS, ("332", 0.7): [3, 4]}
+    left = [
+        one
+        for one in whole
+        if one.controller != "hierarchical"
+        or one.seed not in holes.get((one.scenario.rpartition("/")[2], one.rate or 0), [])
+    ]
+    left.append(unlucky("hierarchical", 3, "crashed", scenario="colorado-springs/332", rate=0.7))
+    found = gap(left, "hierarchical")
+    assert found is not None
+    assert found.words == (
+        "449 at 60 % (0 of 20 seeds), 332 at 70 % (18 of 20 seeds); 1 episodes are not ok"
+    )
+    assert found.command(Path("my results")) == (
+        "rightofway run 449 332 --controller hierarchical --rate 0.6 --rate 0.7 --seeds 20 "
+        "--out 'my results'"
+    )
+
+
+def test_a_controller_without_records_is_named_with_a_command_that_survives_a_shell() -> None:
+    found = gap([], "hierarchical?lateral=false&low=forward")
+    assert found is not None
+    assert found.words == "no records"
+    parts = shlex.split(found.command(Path("out")))
+    assert parts[:3] == ["rightofway", "run", "colorado-springs"]
+    assert parts[4] == "hierarchical?lateral=false&low=forward"
+
+
+# --- the report and its figures ----------------------------------------------------------------
+
+
+def test_the_report_holds_a_table_for_what_is_there_and_says_what_is_not() -> None:
+    text = report.report(Samples(at("wang")), SUITE, Path("out"), report.example("E", drawn=False))
+    assert "- `hierarchical-tuned`: no records" in text
+    assert "`rightofway run paper --out out`" in text
+    assert cells_of(text, "229", "40 %")[2:] == ["18.98", "-", "-"]
+    assert text.endswith("## A lane change that regulates a lane\n\nE\n")
+
+
+def test_a_whole_report_has_no_section_on_what_is_missing(whole: list[Record]) -> None:
+    suite = SUITE.model_copy(update={"controllers": ("wang", "hierarchical")})
+    text = report.report(Samples(whole), suite, Path("out"), "")
+    assert "Missing" not in text
+    assert "20.0 [20.0, 20.0]" in text
+
+
+def drawn(records: Iterable[Record], folder: Path) -> tuple[Path, Path]:
+    folder.mkdir(exist_ok=True)
+    both = folder / "waiting.png", folder / "unregulated.png"
+    figures.write(Samples(records), *both)
+    return both
+
+
+def test_figures_are_the_same_bytes_again_and_show_every_controller(
+    whole: list[Record], tmp_path: Path
+) -> None:
+    once, again = drawn(whole, tmp_path / "a"), drawn(list(whole), tmp_path / "b")
+    for one, other in zip(once, again, strict=True):
+        assert one.read_bytes() == other.read_bytes()
+    image = imread(once[1])[..., :3]
+    for colour in figures.COLOURS.values():
+        wanted = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        assert (np.abs(image - wanted).max(axis=2) < 0.02).sum() > 50, colour
+
+
+@pytest.mark.parametrize("seeds", [[], [1]])
+def test_figures_of_few_records_or_none_can_be_drawn(seeds: list[int], tmp_path: Path) -> None:
+    for one in drawn(at("wang", seeds=seeds), tmp_path):
+        assert one.stat().st_size > 5000
+
+
+def test_episodes_that_jammed_stay_in_the_picture(tmp_path: Path) -> None:
+    records = [*at("wang"), *at("wang", seeds=[1], share=30.0), *at("wang", "332", share=0.0)]
+    axes = figures.waiting_figure(Samples(records)).axes[0]
+    low, high = axes.get_ylim()
+    assert low <= figures.SHORTEST < 30 * BASE[1] <= high
+    assert axes.get_yscale() == "log"
+
+
+# --- the command -------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    """A results folder with few records."""
+    store = Store(tmp_path / "results")
+    store.prepare()
+    for one in [*at("wang"), *at("hierarchical", share=0.8), *at("traffic-light", rate=None)]:
+        store.append(one)
+    return tmp_path
+
+
+def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    program = Path(sys.executable).parent / "rightofway"
+    whole = [program, "paper", *arguments]
+    return subprocess.run(
+        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=120
+    )
+
+
+def test_the_command_writes_tables_and_figures_from_records(results: Path) -> None:
+    done = command(results, "--no-lane-change")
+    assert (done.returncode, done.stdout) == (0, "results/paper/PAPER.md\n")
+    assert "hierarchical-tuned: no records" in done.stderr
+    text = (results / "results/paper/PAPER.md").read_text()
+    assert cells_of(text, "229", "40 %")[2:] == ["18.98", "20.0 [20.0, 20.0]", "-"]
+    links = re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
+    assert sorted(links) == ["unregulated-lanes.png", "waiting.png"]
+    for link in links:
+        assert (results / "results/paper" / link).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_command_shows_a_lane_change(results: Path) -> None:
+    options = ("--controller", "hierarchical?low=random")
+    done = command(results, "--records", "results/records", "--out", "there", *options)
+    assert done.returncode == 0, done.stderr
+    text = (results / "there/PAPER.md").read_text()
+    assert "of colorado-springs/334 at 40 % RVs, seed 1, under `hierarchical?low=random`" in text
+    assert "its controller asked for it" in text
+    assert (results / "there/lane-change.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_controller_that_cannot_be_run_costs_only_the_example(results: Path) -> None:
+    done = command(results, "--controller", "wnag")
+    assert done.returncode == 0
+    assert "no example of a lane change" in done.stderr
+    text = (results / "results/paper/PAPER.md").read_text()
+    assert 'No example: unknown controller "wnag"; did you mean "wang"?' in text
+    assert not (results / "results/paper/lane-change.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--records", "nowhere"], "nowhere/records: no records here"),
+        (["--no-lane-change", "--out", "file/below"], "choose another folder with --out"),
+    ],
+)
+def test_misuse_ends_in_exit_code_2(results: Path, arguments: list[str], words: str) -> None:
+    (results / "file").touch()
+    done = command(results, *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
