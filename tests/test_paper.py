@@ -249,7 +249,7 @@ def test_what_is_whole_is_no_gap(whole: list[Record]) -> None:
 
 
 def test_a_gap_names_cells_seeds_failures_and_the_command(whole: list[Record]) -> None:
-    holes = {("449", 0.6): SEEDS, ("332", 0.7): [3, 4]}
+    holes = {("449", 0.5): SEEDS, ("449", 0.6): SEEDS, ("332", 0.7): [3, 4]}
     left = [
         one
         for one in whole
@@ -260,11 +260,12 @@ def test_a_gap_names_cells_seeds_failures_and_the_command(whole: list[Record]) -
     found = gap(left, "hierarchical")
     assert found is not None
     assert found.words == (
-        "449 at 60 % (0 of 20 seeds), 332 at 70 % (18 of 20 seeds); 1 episodes are not ok"
+        "449 at 50 % and 60 % (0 of 20 seeds), 332 at 70 % (18 of 20 seeds); "
+        "episodes that are not ok: 1"
     )
     assert found.command(Path("my results")) == (
-        "rightofway run 449 332 --controller hierarchical --rate 0.6 --rate 0.7 --seeds 20 "
-        "--out 'my results'"
+        "rightofway run 449 332 --controller hierarchical --rate 0.5 --rate 0.6 --rate 0.7 "
+        "--seeds 20 --out 'my results'"
     )
 
 

@@ -25,14 +25,17 @@ class Gap:
     @property
     def words(self) -> str:
         """What is missing, for people."""
-        failures = f"; {self.failed} episodes are not ok" if self.failed else ""
+        failures = f"; episodes that are not ok: {self.failed}" if self.failed else ""
         if not any(self.found.values()) and len(self.found) == len(INTERSECTIONS) * len(RATES):
             return f"no records{failures}"
-        places = ", ".join(
-            f"{where} at {percent(rate)} ({count} of {self.seeds} seeds)"
-            for (where, rate), count in self.found.items()
+        places: dict[tuple[str, int], list[str]] = {}
+        for (where, rate), count in self.found.items():
+            places.setdefault((where, count), []).append(percent(rate))
+        words = ", ".join(
+            f"{where} at {' and '.join(rates)} ({count} of {self.seeds} seeds)"
+            for (where, count), rates in places.items()
         )
-        return f"{places}{failures}"
+        return f"{words}{failures}"
 
     def command(self, folder: Path) -> str:
         """What makes the missing records."""
