@@ -134,16 +134,16 @@ def test_a_controller_that_refuses_the_scenario_is_named_with_its_reason() -> No
 
 @pytest.fixture(scope="module")
 def real() -> tuple[Episode, list[LaneChange]]:
-    """The lane changes of a low level at random in one short episode."""
+    """The lane changes of RVs that spread over lanes, in one short episode."""
     whole = shipped("colorado-springs/334")
     evaluation = whole.evaluation.model_copy(update={"duration": 200.0, "warm_up": 0.0})
     scenario = whole.model_copy(update={"evaluation": evaluation})
-    found = first_asked_for([Episode(scenario, "hierarchical?low=random", 0.4, 1)])
+    found = first_asked_for([Episode(scenario, "time-windows", 0.4, 1)])
     assert found is not None
     return found
 
 
-def test_a_low_level_at_random_changes_lanes(real: tuple[Episode, list[LaneChange]]) -> None:
+def test_rvs_that_spread_over_lanes_regulate_some(real: tuple[Episode, list[LaneChange]]) -> None:
     for one in real[1]:
         assert one.target in one.before.unregulated_lanes
         assert one.target not in one.after.unregulated_lanes

@@ -35,7 +35,7 @@ def paper(
 
     folder = records.parent if records.name == "records" else records
     samples = Samples(Store(folder, notice=console.notice).read())
-    suite = suite_file.load(suite_file.shipped()["paper"])
+    suite = suite_file.load(missing.SUITE)
     with _naming(out):
         out.mkdir(parents=True, exist_ok=True)
         (out / report.LANE_CHANGE).unlink(missing_ok=True)

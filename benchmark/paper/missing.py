@@ -11,6 +11,7 @@ from benchmark.suite_file import Suite
 from benchmark.tables import percent
 
 SEEDS = 20  # where the suite names none
+SUITE = Path(__file__).with_name("suite.toml")  # of all that the tables and figures show
 
 
 @dataclass(frozen=True)
