@@ -37,13 +37,15 @@ class Ledger:
         widened = margins.growth * np.clip(windows.leave, 0.0, margins.look_ahead)
         hastened = margins.growth * np.clip(windows.enter, 0.0, margins.look_ahead)
         # of the row's vehicle, on the stretch that it shares with the column's vehicle
-        self._enter = (windows.enter - hastened)[:, windows.ways]
-        self._leave = (windows.leave + widened)[:, windows.ways]
+        enter = (windows.enter - hastened)[:, windows.ways]
+        leave = (windows.leave + widened)[:, windows.ways]
+        self._behind = enter - leave.T  # s by which the row's enters after the column's has left
+        self._ahead = enter.T - leave  # s by which it leaves before the column's enters
         self._arrival = windows.arrival
         self._yields_from = np.where(windows.yields, windows.arrival - margins.yielding, PASSED)
         everybody = np.arange(len(windows.ways))
         self._clashes = _bits(self._clash(everybody[:, None], everybody[None, :]))
-        self._meeting = _bits(~np.isnan(self._enter))
+        self._meeting = _bits(~np.isnan(enter))
         self._reserved = self._barred = 0
         self._bookings: list[tuple[int, float]] = []
 
@@ -54,11 +56,12 @@ class Ledger:
 
         Arrays broadcast. Where ways never meet, times are NaN and compare false.
         """
-        after = self._enter[one, other] - self._leave[other, one] + delay
-        before = self._enter[other, one] - self._leave[one, other] - delay
         first = self._arrival[one] + delay <= self._yields_from[other]
         return np.asarray(
-            (after < self._margins.after) & (before < self._margins.before) & ~first, dtype=np.bool_
+            (self._behind[one, other] + delay < self._margins.after)
+            & (self._ahead[one, other] - delay < self._margins.before)
+            & ~first,
+            dtype=np.bool_,
         )
 
     def reserve(self, vehicles: int) -> None:
