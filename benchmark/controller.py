@@ -1,11 +1,12 @@
 """The contract: what a controller is and the commands it may give."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from benchmark.intersection import Intersection
+from benchmark.record import Training
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import Signal
 from benchmark.state import TrafficState
@@ -68,6 +69,12 @@ class Controller(ABC):
 
     weights_hash: str | None = None
     """SHA-256 of learned weights, for the record."""
+
+    trained_on: Sequence[Training] | None = None
+    """The traffic that weights or settings were fitted to, for the record.
+
+    A row of the leaderboard that is evaluated on any of it is flagged.
+    """
 
     def supports(self, scenario: Scenario) -> str | None:
         """Why the scenario is to be skipped, or None if the controller can run on it."""

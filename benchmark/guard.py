@@ -3,14 +3,18 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from pydantic import TypeAdapter
+
 from benchmark.controller import Controller
 from benchmark.errors import RightOfWayError
 from benchmark.network import Junction
 from benchmark.plugins import Plugin
+from benchmark.record import Training
 from benchmark.rules import Orders, Rules
 from benchmark.scenario import Scenario
 from benchmark.state import TrafficState
 
+TRAINED_ON = TypeAdapter(tuple[Training, ...] | None)
 FAULTS = (Exception, SystemExit)  # a controller that exits must not end the whole suite
 
 
@@ -46,6 +50,7 @@ class Guard:
         try:
             self.unsupported = self._first.supports(scenario)
             self.weights_hash = self._first.weights_hash
+            self.trained_on = TRAINED_ON.validate_python(self._first.trained_on)
             self.signal = None
             if self.kind.rules == "signals" and self.unsupported is None:
                 self.signal = self._first.signal(scenario)
@@ -54,7 +59,9 @@ class Guard:
         except RightOfWayError:
             raise
         except FAULTS as error:
-            raise ControllerFailedError("supports, signal or weights_hash", error) from error
+            raise ControllerFailedError(
+                "supports, signal, weights_hash or trained_on", error
+            ) from error
 
     def _new(self) -> Controller:
         try:

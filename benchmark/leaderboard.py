@@ -1,13 +1,18 @@
 """Records -> rows: means over seeds with intervals, differences to the signal, and marks."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 from benchmark.record import JunctionMetrics, Record, TripMetrics
 from benchmark.statistics import Estimate, estimates
 
 REFERENCE = "traffic-light"
+
+Status = Literal["ok", "flagged", "failed", "skipped"]
+"""What to make of a row: flagged ones have figures and a reason to doubt them, the last two none.
+"""
 
 Getter = Callable[[JunctionMetrics, TripMetrics], float | None]
 
@@ -81,6 +86,10 @@ class Row:
     difference: Estimate | None  # headline minus the reference's, paired by seed
     marks: tuple[str, ...] = ()
     other: dict[str, int] = field(default_factory=dict)  # episodes that are not ok, by status
+    status: Status = "ok"
+    reasons: tuple[
+        str, ...
+    ] = ()  # why it is not ok: marks, training seeds, what became of episodes
 
     @property
     def headline(self) -> Estimate | None:
@@ -197,11 +206,46 @@ def _row(
     scenario, scenario_hash, rate, controller = cell.key
     some = next((one for one in cell.records if one.rules), cell.records[-1])
     rules = "lights" if some.rules == "signals" else some.arbitration or "?"
+    found = marks(figures, reference)
+    other = Counter(one.status for one in cell.records if one.status != "ok")
+    reasons = (*found, *_training(cell.records), *_mishaps(cell.records))
     return Row(
         *(scenario, scenario_hash, rate, controller, rules, figures, difference),
-        marks=marks(figures, reference),
-        other=dict(Counter(one.status for one in cell.records if one.status != "ok")),
+        marks=found,
+        other=dict(other),
+        status=_status(other, len(cell.records), reasons),
+        reasons=reasons,
     )
+
+
+def _status(other: Counter[str], episodes: int, reasons: Sequence[str]) -> Status:
+    if other["skipped"] == episodes:
+        return "skipped"
+    if other.total() == episodes:
+        return "failed"
+    return "flagged" if reasons else "ok"
+
+
+def _training(records: Sequence[Record]) -> Iterator[str]:
+    """Why figures may be too good: the controller says it was trained on these very episodes."""
+    met = sorted(
+        one.seed
+        for one in records
+        if any(training.meets(one.scenario, one.seed) for training in one.trained_on or ())
+    )
+    if met:
+        span = f"seed {met[0]}" if len(met) == 1 else f"{len(met)} seeds from {met[0]} to {met[-1]}"
+        yield f"trained on {span} of its evaluation"
+
+
+def _mishaps(records: Sequence[Record]) -> Iterator[str]:
+    """How many episodes are not ok in which way, and the most frequent reason."""
+    reasons: dict[str, Counter[str]] = {}
+    for one in records:
+        if one.status != "ok":
+            reasons.setdefault(one.status, Counter())[one.reason or "no reason given"] += 1
+    for status, found in reasons.items():
+        yield f"{found.total()} {status} ({' '.join(found.most_common(1)[0][0].split())})"
 
 
 MARKS = {

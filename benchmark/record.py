@@ -69,6 +69,30 @@ class Versions(Entry):
     python: str
 
 
+class Training(Entry):
+    """Traffic that weights or settings were fitted to."""
+
+    scenarios: tuple[Words, ...] = Field(description="files, folders or names of scenarios")
+    first: int = Field(description="the first traffic seed")
+    last: int = Field(description="the last, itself included")
+
+    def meets(self, scenario: str, seed: int) -> bool:
+        """Whether an episode's traffic was trained on; at which demand makes no difference."""
+        if not self.first <= seed <= self.last:
+            return False
+        name = _without_demand(scenario)
+        folder, _, stem = name.rpartition("/")
+        for reference in map(_without_demand, self.scenarios):
+            above, _, last = reference.removesuffix(".toml").replace("\\", "/").rpartition("/")
+            if last == folder or (last == stem and above.rpartition("/")[2] in ("", folder)):
+                return True
+        return False
+
+
+def _without_demand(scenario: str) -> str:
+    return scenario.rpartition("@")[0] or scenario
+
+
 class Record(Entry):
     """One episode: one scenario, controller, rate and seed."""
 
@@ -88,6 +112,9 @@ class Record(Entry):
     routes_hash: str | None = None
     controller_from: str | None = Field(None, description="distribution and version")
     weights_hash: str | None = None
+    trained_on: tuple[Training, ...] | None = Field(
+        None, description="as the controller declares; null where it declares nothing"
+    )
     versions: Versions
     junctions: dict[str, JunctionMetrics] = {}
     trips: TripMetrics | None = None

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 Format = Literal["md", "csv", "json", "latex"]
 
+LONGEST_REASON = 100  # of a reason in a table [characters]
 MARGIN = 3  # of a terminal table's column [characters]
 BRIEF = tuple(column for column in COLUMNS if column.brief)
 
@@ -41,12 +42,40 @@ def percent(rate: float | None) -> str:
 
 
 def notes(row: Row) -> str:
-    """Marks, refused commands, and episodes that are not ok."""
+    """Why a row is not ok, and refused commands."""
     refused = row.figures.get("refused_commands")
-    found = [*row.marks, *(f"{count} {status}" for status, count in row.other.items())]
+    found = [_shortened(reason) for reason in row.reasons]
     if refused and refused.mean > 0:
         found.append(f"{refused.mean:.0f} commands refused an episode")
     return ", ".join(found)
+
+
+def _shortened(reason: str) -> str:
+    return reason if len(reason) <= LONGEST_REASON else f"{reason[: LONGEST_REASON - 3]}..."
+
+
+def remarks(rows: Sequence[Row]) -> list[str]:
+    """A line for each scenario and controller that has rows which are not ok, for the terminal."""
+    return [
+        f"{scenario}: {controller}: {found}"
+        for scenario, members in _by_scenario(rows)
+        for controller in sorted({row.controller for row in members})
+        if (found := _remark([row for row in members if row.controller == controller]))
+    ]
+
+
+def _remark(rows: Sequence[Row]) -> str:
+    """What is not ok about a controller's rows, as in ``flagged at 60 %, 70 %: crashes``."""
+    groups: dict[tuple[str, str], list[float | None]] = {}
+    for row in rows:
+        if row.status != "ok":
+            reasons = ", ".join(map(_shortened, row.reasons))
+            groups.setdefault((row.status, reasons), []).append(row.rate)
+    found = []
+    for (status, reasons), rates in groups.items():
+        where = "" if len(rates) == len(rows) else f" at {', '.join(map(percent, rates))}"
+        found.append(f"{status}{where}: {reasons}")
+    return "; ".join(found)
 
 
 def markdown(rows: Sequence[Row]) -> str:
@@ -157,7 +186,9 @@ def legend() -> str:
     return (
         "Mean over seeds [95 % bootstrap interval, from few seeds little but their range]; "
         "↓ or ↑: significantly below or above traffic-light, paired by seed; "
-        f"* waiting may be low for the wrong reason ({meanings})."
+        "* flagged, for the reason beside it: waiting may be low for the wrong reason "
+        f"({meanings}), the controller was trained on the episodes it is evaluated on, or some "
+        "episodes are missing from the mean."
     )
 
 
@@ -177,25 +208,9 @@ def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     controllers = sorted({row.controller for row in rows}, key=lambda name: _rank(rows, name))
     body = []
     for controller in controllers:
-        line = [controller]
-        shown: dict[str, list[int]] = {}
-        for rate in rates:
-            row = cells.get((controller, rate))
-            line.append(_cell(row) if row else "-")
-            for status, count in row.other.items() if row else ():
-                shown.setdefault(status, []).append(count)
-        line.append(", ".join(f"{_span(counts)} {status}" for status, counts in shown.items()))
-        body.append(line)
-    head = ["controller", *(percent(rate) for rate in rates), ""]
-    if not any(line[-1] for line in body):
-        head, body = head[:-1], [line[:-1] for line in body]
-    return head, body
-
-
-def _span(counts: Sequence[int]) -> str:
-    """How many episodes of a rate: those of a controller without a rate stand at every one."""
-    low, high = min(counts), max(counts)
-    return f"{low}" if low == high else f"{low} to {high}"
+        found = [cells.get((controller, rate)) for rate in rates]
+        body.append([controller, *(_cell(row) if row else "-" for row in found)])
+    return ["controller", *(percent(rate) for rate in rates)], body
 
 
 def _rank(rows: Sequence[Row], controller: str) -> tuple[float, str]:
@@ -207,28 +222,37 @@ def _cell(row: Row) -> str:
     sign = ""
     if row.difference and row.difference.excludes_zero:
         sign = "↓ " if row.difference.mean < 0 else "↑ "
-    return f"{sign}{figure(row.headline, 1)}{'*' if row.marks else ''}"
+    if row.headline is None and row.status != "ok":
+        return row.status
+    return f"{sign}{figure(row.headline, 1)}{'*' if row.status == 'flagged' else ''}"
 
 
 def _overview(rows: Sequence[Row], style: str) -> str:
     from tabulate import tabulate
 
     head, body = _matrix(rows)
+    align = ["left", *["right"] * (len(head) - 1)]
+    said = [_remark([row for row in rows if row.controller == name]) for name, *_ in body]
     if style == "github":
         body = [[_escape(name), *cells] for name, *cells in body]
-    align = ["left", *["right"] * (len(head) - 1)]
+        said = [_escape(one) for one in said]
+    if any(said):
+        head, align = [*head, "remarks"], [*align, "left"]
+        body = [[*line, one] for line, one in zip(body, said, strict=True)]
     return tabulate(body, head, tablefmt=style, colalign=align, disable_numparse=True)
 
 
 def _details(rows: Sequence[Row]) -> str:
     from tabulate import tabulate
 
-    head = ["controller", "rules", "vs signal [s]", *(_title(column) for column in BRIEF), "notes"]
+    head = ["controller", "rules", "vs signal [s]", *(_title(column) for column in BRIEF)]
+    head += ["status", "notes"]
     body = [
         [
             *(_escape(row.controller), row.rules, figure(row.difference, 1)),
             *(figure(row.figures.get(column.key), column.digits) for column in BRIEF),
-            notes(row),
+            row.status,
+            _escape(notes(row)),
         ]
         for row in rows
     ]
@@ -252,6 +276,7 @@ def _flat(row: Row) -> dict[str, Any]:
         "controller": row.controller,
         "rules": row.rules,
         "seeds": row.headline.count if row.headline else 0,
+        "status": row.status,
         "notes": notes(row),
     }
     pairs = [(column.key, row.figures.get(column.key)) for column in COLUMNS]

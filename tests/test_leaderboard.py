@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from benchmark import leaderboard
 from benchmark.leaderboard import COLUMNS, MARKS, Row
-from benchmark.record import JunctionMetrics, Record, TripMetrics, Versions, Waiting
+from benchmark.record import JunctionMetrics, Record, Training, TripMetrics, Versions, Waiting
 from benchmark.statistics import Estimate, estimates
 
 VERSIONS = Versions(rightofway="0.1.0", sumo="1.28.0", python="3.11.7")
@@ -251,6 +251,90 @@ def test_a_controller_that_always_fails_stands_at_each_junction() -> None:
         *(("test/a S", 0.5, "c"), ("test/a S", 0.5, "broken")),
     ]
     assert [row.other for row in found] == [{}, {"failed": 1}] * 2
+
+
+# --- status ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("records", "status", "reasons"),
+    [
+        ([record()], "ok", ()),
+        ([unlucky(status="skipped", reason="a tee")], "skipped", ("1 skipped (a tee)",)),
+        (
+            [
+                unlucky(seed=1, reason="rare"),
+                unlucky(seed=2, reason="act\n  raised"),
+                unlucky(seed=3, reason="act\n  raised"),
+            ],
+            "failed",
+            ("3 failed (act raised)",),
+        ),
+        (
+            [unlucky(seed=1, status="skipped", reason="a tee"), unlucky(seed=2, status="crashed")],
+            "failed",
+            ("1 skipped (a tee)", "1 crashed (no reason given)"),
+        ),
+        (
+            [record(seed=1), unlucky(seed=2, status="timed out", reason="600 s")],
+            "flagged",
+            ("1 timed out (600 s)",),
+        ),
+    ],
+)
+def test_a_row_says_what_became_of_its_episodes(
+    records: list[Record], status: str, reasons: tuple[str, ...]
+) -> None:
+    row = only(leaderboard.rows(records))
+    assert (row.status, row.reasons) == (status, reasons)
+
+
+def test_a_marked_row_is_flagged_with_its_marks() -> None:
+    signal = record(SIGNAL, rate=None, waiting=20.0)
+    found = leaderboard.rows([signal, record("c", waiting=10.0, collisions=1)])
+    assert {row.controller: (row.status, row.reasons) for row in found} == {
+        SIGNAL: ("ok", ()),
+        "c": ("flagged", ("crashes",)),
+    }
+
+
+def training(first: int, last: int, *scenarios: str) -> tuple[Training, ...]:
+    return (Training(scenarios=scenarios or ("test/a",), first=first, last=last),)
+
+
+def test_a_row_trained_on_seeds_of_its_evaluation_is_flagged() -> None:
+    met = [record(seed=seed, trained_on=training(3, 9)) for seed in range(1, 6)]
+    row = only(leaderboard.rows(met))
+    assert (row.status, row.reasons) == (
+        "flagged",
+        ("trained on 3 seeds from 3 to 5 of its evaluation",),
+    )
+    row = only(leaderboard.rows([record(seed=7, trained_on=training(7, 7))]))
+    assert row.reasons == ("trained on seed 7 of its evaluation",)
+    apart = [record(seed=seed, trained_on=training(10_000, 10_199)) for seed in range(1, 6)]
+    assert only(leaderboard.rows(apart)).status == "ok"
+
+
+@pytest.mark.parametrize(
+    ("scenario", "declared", "meets"),
+    [
+        ("test/a", "test/a", True),
+        ("test/a", "a", True),
+        ("test/a", "test", True),
+        ("test/a@700", "a", True),
+        ("test/a", "test/a@700", True),
+        ("test/a", "elsewhere/test/a.toml", True),
+        ("test/a", "elsewhere\\test", True),
+        ("test/a", "other/a", False),
+        ("test/a", "other/test/b.toml", False),
+        ("test/a", "b", False),
+    ],
+)
+def test_training_meets_scenarios_however_they_were_named(
+    scenario: str, declared: str, meets: bool
+) -> None:
+    (one,) = training(1, 2, declared)
+    assert [one.meets(scenario, seed) for seed in (0, 1, 2, 3)] == [False, meets, meets, False]
 
 
 # --- differences -----------------------------------------------------------------------------

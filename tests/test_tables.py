@@ -83,6 +83,8 @@ ROWS = st.lists(
         difference=st.one_of(st.none(), ESTIMATES),
         marks=st.sampled_from([(), ("creeps", "blocks")]),
         other=st.dictionaries(st.sampled_from(["failed", "timed out"]), st.integers(1, 9)),
+        status=st.sampled_from(get_args(leaderboard.Status)),
+        reasons=st.lists(NAMES, max_size=2).map(tuple),
     ),
     min_size=1,
     max_size=4,
@@ -136,10 +138,11 @@ def test_a_rate_is_in_percent(rate: float | None, text: str) -> None:
     assert tables.percent(rate) == text
 
 
-def test_notes_hold_marks_and_what_is_not_ok() -> None:
-    both = row(marks=("creeps", "crashes"), other={"failed": 2, "timed out": 1})
-    assert tables.notes(both) == "creeps, crashes, 2 failed, 1 timed out"
+def test_notes_hold_every_reason_and_the_start_of_a_long_one() -> None:
+    assert tables.notes(row(reasons=("creeps", "2 failed (no)"))) == "creeps, 2 failed (no)"
     assert tables.notes(row()) == ""
+    long = tables.notes(row(reasons=("x" * 101,)))
+    assert long == "x" * 97 + "..."
 
 
 @pytest.mark.parametrize(("mean", "note"), [(0.0, ""), (12.4, "12 commands refused an episode")])
@@ -162,11 +165,11 @@ SIX = Estimate(20.0, 19.0, 21.0, 6)
         (None, ""),
     ],
 )
-@pytest.mark.parametrize(("marks", "star"), [((), ""), (("blocks",), "*")])
-def test_an_arrow_says_significant_and_a_star_suspicious(
-    difference: Estimate | None, sign: str, marks: tuple[str, ...], star: str
+@pytest.mark.parametrize(("status", "star"), [("ok", ""), ("flagged", "*")])
+def test_an_arrow_says_significant_and_a_star_flagged(
+    difference: Estimate | None, sign: str, status: str, star: str
 ) -> None:
-    text = tables.summary([row(waiting=SIX, difference=difference, marks=marks)], 0.5)
+    text = tables.summary([row(waiting=SIX, difference=difference, status=status)], 0.5)
     assert text.splitlines()[-1] == f"| c         | {sign}20.0 [19.0, 21.0]{star} |"
 
 
@@ -218,26 +221,88 @@ def test_a_summary_has_a_line_per_controller_and_a_column_per_scenario(rows: lis
     here = [one for one in rows if one.rate == 0.1]
     assert head == ["at 10 %", *dict.fromkeys(one.scenario for one in here)]
     assert sorted(line[0] for line in lines) == sorted({one.controller for one in here})
-    waits = {(one.controller, one.scenario): tables.figure(one.headline, 1) for one in here}
+    waits = {
+        (one.controller, one.scenario): tables.figure(one.headline, 1)
+        if one.headline or one.status == "ok"
+        else one.status
+        for one in here
+    }
     for name, *cells in lines:
         for scenario, cell in zip(head[1:], cells, strict=True):
             assert waits.get((name, scenario), "-") in cell
 
 
-def test_the_overview_accounts_for_failures_at_every_rate() -> None:
-    records = [
-        *(unlucky("some", seed, rate=0.1) for seed in (1, 2, 3)),
-        *(unlucky("some", seed, rate=0.5) for seed in (1,)),
-        *(unlucky("late", seed, rate=0.5) for seed in (1, 2)),
-        *(unlucky("all", seed, rate=rate) for seed in (1, 2) for rate in (0.1, 0.5)),
-        unlucky("once", rate=None),
-        record("fine", rate=0.1),
-    ]
-    _, (overview, *_) = parsed(tables.markdown(leaderboard.rows(records)))
-    notes = {line[0]: line[-1] for line in overview[1:]}
-    assert notes == {"some": "1 to 3 failed", "late": "2 failed", "all": "2 failed"} | {
-        "once": "1 failed",
-        "fine": "",
+def mishaps() -> Iterator[Record]:
+    """Controllers that are not ok, each in another way, beside one that is."""
+    for seed in (1, 2, 3):
+        yield unlucky("some", seed, rate=0.1, reason="no\n|weights_")
+    yield unlucky("some", 1, rate=0.5, reason="no")
+    yield from (record("late", seed, rate=rate) for seed in (1, 2) for rate in (0.1, 0.5))
+    yield unlucky("late", 2, rate=0.5, status="timed out")
+    yield from (unlucky("all", 1, rate=rate, status="skipped", reason="tee") for rate in (0.1, 0.5))
+    yield unlucky("once", rate=None)
+    yield record("fine", rate=0.1)
+
+
+REMARKS = {
+    "some": "failed at 10 %: 3 failed (no |weights_); failed at 50 %: 1 failed (no)",
+    "late": "flagged at 50 %: 1 timed out (no reason given)",
+    "all": "skipped: 1 skipped (tee)",
+    "once": "failed: 1 failed (no reason given)",
+    "fine": "",
+}
+
+
+def test_the_overview_says_at_which_rates_a_controller_is_not_ok_and_why() -> None:
+    _, (overview, *_) = parsed(tables.markdown(leaderboard.rows(mishaps())))
+    assert overview[0] == ["controller", "10 %", "50 %", "remarks"]
+    assert {line[0]: line[-1] for line in overview[1:]} == REMARKS
+    cells = {line[0]: line[1:-1] for line in overview[1:]}
+    assert cells == {
+        "some": ["failed", "failed"],
+        "late": ["20.0 [20.0, 20.0]", "20.0*"],
+        "all": ["skipped", "skipped"],
+        "once": ["failed", "failed"],
+        "fine": ["20.0", "-"],
+    }
+
+
+def test_every_form_shows_status_and_reason_of_every_row() -> None:
+    rows = leaderboard.rows(mishaps())
+    expected = sorted(
+        (name, rate, status)
+        for name, by_rate in {
+            "some": {0.1: "failed", 0.5: "failed"},
+            "late": {0.1: "ok", 0.5: "flagged"},
+            "all": {0.1: "skipped", 0.5: "skipped"},
+            "once": {0.1: "failed", 0.5: "failed"},
+            "fine": {0.1: "ok"},
+        }.items()
+        for rate, status in by_rate.items()
+    )
+    assert sorted((one.controller, one.rate, one.status) for one in rows) == expected
+    lines = list(csv.DictReader(io.StringIO(tables.as_csv(rows))))
+    assert sorted((one["controller"], float(one["rate"]), one["status"]) for one in lines) == (
+        expected
+    )
+    notes = {one["controller"]: one["notes"] for one in lines if one["rate"] == "0.5"}
+    assert notes["late"] == "1 timed out (no reason given)"
+    assert notes["all"] == "1 skipped (tee)"
+    objects = json.loads(tables.as_json(rows))
+    assert sorted((one["controller"], one["rate"], one["status"]) for one in objects) == expected
+    assert {tuple(one["reasons"]) for one in objects if one["controller"] == "some"} == {
+        ("3 failed (no |weights_)",),
+        ("1 failed (no)",),
+    }
+    shown = [line for line in REMARKS.items() if line[1]]
+    assert tables.remarks(rows) == [f"test/a: {name}: {text}" for name, text in sorted(shown)]
+    latex = tables.latex(rows)
+    assert r"skipped: 1 skipped (tee)" in latex
+    assert r"3 failed (no |weights\_)" in latex
+    _, (*_, details) = parsed(tables.markdown(rows))
+    assert details[0][-2:] == ["status", "notes"]
+    assert {line[0]: line[-2] for line in details[1:]} == {
+        name: status for name, rate, status in expected if rate == 0.5
     }
 
 
@@ -284,6 +349,7 @@ def test_a_json_table_parses_back_to_the_same_rows(rows: list[Row]) -> None:
                 "figures": {key: estimate(one) for key, one in facts["figures"].items()},
                 "difference": estimate(facts["difference"]),
                 "marks": tuple(facts["marks"]),
+                "reasons": tuple(facts["reasons"]),
             }
         )
         for facts in json.loads(tables.as_json(rows))
@@ -324,11 +390,11 @@ def test_the_terminals_tables_fit_and_show_every_cell(width: int) -> None:
 
 
 def test_the_terminal_shows_stars_and_failures() -> None:
-    rows = [row(waiting=SIX, marks=("creeps",), other={"failed": 2})]
+    rows = [row(waiting=SIX, status="flagged"), row(controller="d", status="failed")]
     target = io.StringIO()
     (table,) = tables.terminal(rows, 80)
     Console(file=target, width=80).print(table)
-    assert re.search(r"c +20\.0\* +2 failed *\n +19\.0-21\.0", target.getvalue())
+    assert re.search(r"c +20\.0\* *\n +19\.0-21\.0 *\n d +failed", target.getvalue())
 
 
 def test_the_legend_explains_every_mark() -> None:

@@ -19,6 +19,7 @@ from baselines.hierarchical.policy import (
 )
 from benchmark.controller import Command, Controller, Drive
 from benchmark.intersection import Intersection
+from benchmark.learning.seeds import declared
 from benchmark.learning.weights import Weights, load
 from benchmark.state import TrafficState, Vehicle
 
@@ -49,6 +50,7 @@ class Hierarchy(Controller):
         if low == "learned":
             self._weights = _read(weights or SHIPPED / f"{self.NAME}.safetensors", self.SIZE)
             self.weights_hash = self._weights.hash
+            self.trained_on = declared(self._weights.notes)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection."""

@@ -9,6 +9,7 @@ from baselines.wang.policy import HIDDEN, Greedy, shapes
 from benchmark.controller import Command, Controller, Go, Stop
 from benchmark.intersection import Intersection
 from benchmark.learning.observation import Layout, Observer
+from benchmark.learning.seeds import declared
 from benchmark.learning.weights import Weights, load
 from benchmark.rules import undecided
 from benchmark.state import TrafficState, Vehicle
@@ -35,6 +36,7 @@ class Wang(Controller):
             weights or SHIPPED / f"{self.NAME}.safetensors", self.LAYOUT, self.ATOMS
         )
         self.weights_hash = self._weights.hash
+        self.trained_on = declared(self._weights.notes)
         self._policy = Greedy(self._weights.arrays)
 
     def reset(self, intersection: Intersection, seed: int) -> None:

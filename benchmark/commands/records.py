@@ -87,5 +87,7 @@ def print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
     for table in tables.terminal(rows, screen.width):
         screen.print(table)
         screen.print()
+    for remark in tables.remarks(rows):
+        screen.print(f"[yellow]*[/] {console.literal(remark)}", soft_wrap=True)
     screen.print(console.literal(tables.legend()), soft_wrap=True)
     screen.print(f"all figures: {out / 'LEADERBOARD.md'}", soft_wrap=True)

@@ -22,14 +22,11 @@ import benchmark
 from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout
 from benchmark.learning.rollout import Rollout
+from benchmark.learning.seeds import FIRST_TRAINING_SEED as FIRST_TRAINING_SEED
+from benchmark.learning.seeds import VALIDATION_SEEDS as VALIDATION_SEEDS
 from benchmark.learning.traffic import Reward
 from benchmark.scenario import Scenario
 from benchmark.validation import explain
-
-FIRST_TRAINING_SEED = 10_000
-"""Traffic seeds: 1 to 1000 are for evaluation, 1001 to 1999 for validation, from here training."""
-
-VALIDATION_SEEDS = range(1001, 2000)
 
 PACKAGES = (
     "eclipse-sumo",
