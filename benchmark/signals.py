@@ -16,20 +16,31 @@ FOREVER = 1e6  # s
 def check(scenario: Scenario, signal: Signal, network: Network) -> None:
     """Refuse phases that let conflicting movements go without one of them yielding.
 
+    A left may yield to others; streams that both go straight on never share a green. A program
+    that a controller brings clears the intersection for as long as the scenario's does.
+
     Raises:
-        ScenarioError: a phase has conflicting greens.
+        ScenarioError: a phase has conflicting greens, or there is too little time between phases.
     """
+    for key in ("yellow", "all_red"):
+        here, least = getattr(signal, key), getattr(scenario.signal, key, 0.0)
+        if here < least:
+            raise ScenarioError(
+                f"{scenario.name}: signal.{key}: {here:g} s; expected at least the {least:g} s of "
+                "the scenario's own program"
+            )
     for junction in network.junctions.values():
         movements = junction.intersection.movements
         for index, phase in enumerate(signal.phases):
-            protected = [name for name in phase.movements if name not in phase.permitted]
-            for name in protected:
-                for other in sorted(movements[name].conflicts & set(protected)):
-                    raise ScenarioError(
-                        f"{scenario.name}: signal.phases[{index}]: {name} and {other} conflict but "
-                        f"are green together; split the phase, or name the one that yields in "
-                        f"permitted"
-                    )
+            for name in phase.movements:
+                for other in sorted(movements[name].conflicts & set(phase.movements)):
+                    straight = {movements[name].turn, movements[other].turn} == {"C"}
+                    if straight or not {name, other} & set(phase.permitted):
+                        raise ScenarioError(
+                            f"{scenario.name}: signal.phases[{index}]: {name} and {other} conflict "
+                            "but are green together; split the phase, or name a left that yields "
+                            "in permitted"
+                        )
 
 
 def program_xml(scenario: Scenario, signal: Signal | None, network: Network) -> str:

@@ -63,6 +63,7 @@ class Trip:
     time_loss: float  # s lost against driving freely
     distance: float  # m
     emissions: Emissions | None  # None where SUMO did not record them
+    meddled: bool = False  # taken away, or made to stop, by other means than the benchmark's
 
 
 class Simulation:
@@ -245,8 +246,9 @@ def _trips(path: Path) -> Iterator[Trip]:
                 nox=float(emissions.attrib["NOx_abs"]),
                 fuel=float(emissions.attrib["fuel_abs"]) / 1000,
             ),
+            meddled=element.get("vaporized", "") not in ("", "end") or value["stopTime"] > 0,
         )
         element.clear()
 
 
-_NUMBERS = ("depart", "arrival", "departDelay", "duration", "timeLoss", "routeLength")
+_NUMBERS = ("depart", "arrival", "departDelay", "duration", "timeLoss", "routeLength", "stopTime")

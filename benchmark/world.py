@@ -34,6 +34,10 @@ class Site:
     held_back: frozenset[str] = frozenset()
 
 
+class MeddlingError(Exception):
+    """Somebody moved vehicles by other means than commands."""
+
+
 class World:
     """A scenario with one seed and penetration rate; a context manager around its simulation.
 
@@ -174,10 +178,20 @@ class World:
         }
 
     def finish(self) -> TripMetrics:
-        """End the run and read the figures of whole trips."""
+        """End the run and read the figures of whole trips.
+
+        Raises:
+            MeddlingError: vehicles were removed or made to stop through libsumo, by nobody here.
+        """
         brakings = self._simulation.emergency_brakings() - self._brakings_before_window
+        trips = self._simulation.finish()
+        if meddled := [trip.id for trip in trips if trip.meddled]:
+            raise MeddlingError(
+                f"{len(meddled)} vehicles were removed or made to stop past the rules, "
+                f"such as {meddled[0]}"
+            )
         return metrics.trip_metrics(
-            self._simulation.finish(),
+            trips,
             self.scenario.evaluation.warm_up,
             self._collisions,
             self._robots,

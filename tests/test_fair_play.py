@@ -1,0 +1,120 @@
+"""Ways to cheat an average waiting time: each is impossible, or flagged on the leaderboard."""
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from plugins import install
+
+from benchmark import leaderboard, tables
+from benchmark.leaderboard import Row
+from benchmark.store import Store
+
+COMMAND = Path(sys.executable).parent / "rightofway"
+CHEATS = (
+    *("creeps", "removes", "asks-to-remove", "all-green", "all-yield", "all-go", "no-clearance"),
+    *("lights-off", "lights-dark", "stops-to-hide"),
+)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Every cheat beside the signal, on two seeds with RVs only."""
+    folder = tmp_path_factory.mktemp("fair-play")
+    path = [str(install(folder / "installed", "cheats")), os.environ.get("PYTHONPATH", "")]
+    names = [word for name in ("traffic-light", *CHEATS) for word in ("--controller", name)]
+    done = subprocess.run(
+        [COMMAND, "run", "asymmetric", "--rate", "1", "--seeds", "2", *names],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, path))},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1, done.stderr  # some fail, and the others are not lost
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def rows(results: Path) -> dict[str, Row]:
+    return {row.controller: row for row in leaderboard.rows(Store(results).read())}
+
+
+def waits(row: Row) -> float:
+    assert row.headline is not None
+    return row.headline.mean
+
+
+def test_creeping_waits_for_nothing_and_is_flagged(rows: dict[str, Row]) -> None:
+    assert waits(rows["creeps"]) == 0.0
+    assert (rows["creeps"].status, rows["creeps"].marks) == ("flagged", ("creeps", "blocks"))
+
+
+def test_vehicles_that_disappear_fail_the_episode(rows: dict[str, Row]) -> None:
+    row = rows["removes"]
+    assert (row.status, row.headline) == ("failed", None)
+    assert "vehicles were removed or made to stop past the rules" in row.reasons[0]
+
+
+def test_to_ask_for_it_is_no_command_and_changes_nothing(results: Path) -> None:
+    records = Store(results).read()
+    light = {one.seed: one for one in records if one.controller == "traffic-light"}
+    for one in (one for one in records if one.controller == "asks-to-remove"):
+        (figures,), (other,) = one.junctions.values(), light[one.seed].junctions.values()
+        assert [reason.rpartition(" (")[0] for reason in figures.refusals] == [
+            "asks-to-remove: Remove refused: it is not a command; expected Go, Stop, Drive or Phase"
+        ]
+        assert figures.refused_commands > 0
+        assert figures.average_waiting_time == other.average_waiting_time
+        assert one.trips == light[one.seed].trips.model_copy(  # type: ignore[union-attr]
+            update={"collisions_with_robot": one.trips.collisions_with_robot}  # type: ignore[union-attr]
+        )
+
+
+@pytest.mark.parametrize("name", ["all-green", "all-yield"])
+def test_green_for_everybody_is_refused(rows: dict[str, Row], name: str) -> None:
+    assert (rows[name].status, rows[name].headline) == ("failed", None)
+    assert "conflict but are green together" in rows[name].reasons[0]
+
+
+def test_go_for_everybody_crashes_and_is_flagged(rows: dict[str, Row]) -> None:
+    assert waits(rows["all-go"]) < waits(rows["traffic-light"])
+    assert (rows["all-go"].status, rows["all-go"].marks) == ("flagged", ("crashes",))
+    assert rows["all-go"].rules == "own"
+
+
+def test_phases_that_follow_at_once_are_refused(rows: dict[str, Row]) -> None:
+    assert (rows["no-clearance"].status, rows["no-clearance"].headline) == ("failed", None)
+    assert "expected at least the 3.5 s" in rows["no-clearance"].reasons[0]
+
+
+def test_lights_cannot_rule_and_be_off(rows: dict[str, Row]) -> None:
+    assert (rows["lights-off"].status, rows["lights-off"].headline) == ("failed", None)
+    assert "signal returned None where signals rule" in rows["lights-off"].reasons[0]
+
+
+def test_dark_lights_are_shown_as_such_and_their_crashes_flagged(rows: dict[str, Row]) -> None:
+    assert waits(rows["lights-dark"]) < waits(rows["traffic-light"])
+    assert (rows["lights-dark"].status, rows["lights-dark"].marks) == ("flagged", ("crashes",))
+    assert rows["lights-dark"].rules != "lights"
+
+
+def test_waiting_turned_into_stops_fails_the_episode(rows: dict[str, Row]) -> None:
+    row = rows["stops-to-hide"]
+    assert (row.status, row.headline) == ("failed", None)
+    assert "vehicles were removed or made to stop past the rules" in row.reasons[0]
+
+
+def test_every_cheat_stands_on_the_leaderboard_with_its_status(
+    results: Path, rows: dict[str, Row]
+) -> None:
+    assert rows.keys() == {"traffic-light", *CHEATS}
+    with (results / "leaderboard.csv").open() as file:
+        written = {line["controller"]: line for line in csv.DictReader(file)}
+    for name, row in rows.items():
+        assert written[name]["status"] == row.status
+        assert (written[name]["notes"] == "") == (name == "traffic-light")
+    page = (results / "LEADERBOARD.md").read_text(encoding="utf-8")
+    assert page == tables.markdown(list(rows.values()))
