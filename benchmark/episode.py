@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from benchmark import __version__, plugins, sumo_tools
+from benchmark.actions import Recording
 from benchmark.guard import ControllerFailedError, Guard
+from benchmark.plugins import Plugin
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
-from benchmark.world import World
+from benchmark.world import MeddlingError, World
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class Episode:
         )
 
 
-def run(episode: Episode, *, window: bool = False) -> Record:
+def run(episode: Episode, *, window: bool = False, recording: Recording | None = None) -> Record:
     """Run an episode to its end.
 
     A controller that raises or breaks the contract fails its episode: the record says so.
@@ -54,24 +56,45 @@ def run(episode: Episode, *, window: bool = False) -> Record:
     Args:
         episode: what to run.
         window: show it in sumo-gui.
+        recording: is told what the controller commands.
 
     Raises:
         RightOfWayError: the scenario itself cannot be run.
     """
+    plugin, source = plugins.find(episode.controller), plugins.provenance(episode.controller)
+    return run_plugin(episode, plugin, source, window=window, recording=recording)
+
+
+def run_plugin(
+    episode: Episode,
+    plugin: Plugin,
+    source: str | None,
+    *,
+    window: bool = False,
+    recording: Recording | None = None,
+) -> Record:
+    """Run an episode under a controller that was found before; otherwise as ``run``.
+
+    Args:
+        episode: what to run.
+        plugin: the controller.
+        source: the distribution it comes from, for the record.
+        window: show it in sumo-gui.
+        recording: is told what the controller commands.
+    """
     began = clock.perf_counter()
-    plugin = plugins.find(episode.controller)
     kind = plugin.kind
     facts = {
         "rules": kind.rules,
         "arbitration": kind.arbitration if kind.rules == "robot vehicles" else None,
-        "controller_from": plugins.provenance(episode.controller),
+        "controller_from": source,
     }
     try:
         controllers = Guard(plugin, episode.scenario)
         if reason := controllers.unsupported:
             return episode.record("skipped", reason=reason, **facts)
-        found = _record(episode, controllers, facts, window=window)
-    except ControllerFailedError as fault:
+        found = _record(episode, controllers, facts, window=window, recording=recording)
+    except (ControllerFailedError, MeddlingError) as fault:
         found = episode.record("failed", reason=str(fault), **facts)
     return found.model_copy(update={"wall_time": round(clock.perf_counter() - began, 3)})
 
@@ -99,9 +122,18 @@ def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> W
 
 
 def _record(
-    episode: Episode, controllers: Guard, facts: Mapping[str, object], *, window: bool
+    episode: Episode,
+    controllers: Guard,
+    facts: Mapping[str, object],
+    *,
+    window: bool,
+    recording: Recording | None,
 ) -> Record:
     world = world_of(episode, controllers, window=window)
+    if recording is not None:
+        recording.signal = controllers.signal
+        for name, site in world.sites.items():
+            site.rules.listener = recording.listener(name)
     with world:
         while not world.over:
             for name, state in world.step().items():
@@ -113,6 +145,7 @@ def _record(
         network_hash=world.network.hash,
         routes_hash=world.routes.hash,
         weights_hash=controllers.weights_hash,
+        trained_on=controllers.trained_on,
         junctions=world.junction_metrics(),
         trips=trips,
         **facts,

@@ -28,5 +28,13 @@ class StoreError(RightOfWayError):
     """Records cannot be written or read."""
 
 
+class ActionLogError(RightOfWayError):
+    """An action log cannot be read, or tells of something else."""
+
+
+class BundleError(RightOfWayError):
+    """A submission cannot be made, or is not fit to be looked at."""
+
+
 class UsageError(RightOfWayError):
     """The command was called with something that makes no sense."""

@@ -207,7 +207,7 @@ def _row(
     some = next((one for one in cell.records if one.rules), cell.records[-1])
     rules = "lights" if some.rules == "signals" else some.arbitration or "?"
     found = marks(figures, reference)
-    other = Counter(one.status for one in cell.records if one.status != "ok")
+    other = Counter[str](one.status for one in cell.records if one.status != "ok")
     reasons = (*found, *_training(cell.records), *_mishaps(cell.records))
     return Row(
         *(scenario, scenario_hash, rate, controller, rules, figures, difference),

@@ -5,7 +5,7 @@ Pure decisions on a state; ``benchmark.episode`` carries them out through the si
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from numbers import Real
 from typing import Literal
@@ -51,6 +51,7 @@ class Rules:
         lights_on: bool,
     ) -> None:
         self.refusals: Counter[str] = Counter()  # reason -> times
+        self.listener: Callable[[Mapping[str, Command]], None] | None = None  # told every answer
         self.held_back = 0  # Go commands that the arbitration held back
         self._intersection, self._controller = intersection, controller
         self._arbitration, self._lights_on = arbitration, lights_on
@@ -70,6 +71,8 @@ class Rules:
                 f"{self._controller}: act returned {type(commands).__name__}; "
                 "expected a mapping of ids to commands"
             )
+        if self.listener is not None:
+            self.listener(commands)
         if not commands and not self._commanded:
             return Orders()
         vehicles = {vehicle.id: vehicle for vehicle in state.vehicles}

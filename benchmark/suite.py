@@ -1,12 +1,13 @@
 """Many runs: which episodes a study holds, and worker processes that run them."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
+from typing import Any
 
 from benchmark import demand, network, plugins, signals
 from benchmark.episode import Episode, run
-from benchmark.errors import RightOfWayError
+from benchmark.errors import RightOfWayError, StoreError
 from benchmark.record import Record
 from benchmark.scenario import Scenario
 from benchmark.workers import pool
@@ -62,7 +63,10 @@ def prepare(chosen: Sequence[Episode]) -> None:
 
 
 def run_all(
-    chosen: Sequence[Episode], workers: int, time_limit: float = TIME_LIMIT
+    chosen: Sequence[Episode],
+    workers: int,
+    time_limit: float = TIME_LIMIT,
+    work: Callable[[Any], Record] = run,
 ) -> Iterator[Record]:
     """Run episodes in worker processes; yields each record as its episode ends.
 
@@ -72,13 +76,17 @@ def run_all(
         chosen: what to run.
         workers: processes side by side.
         time_limit: wall time for one episode [s].
+        work: what a worker does with an episode.
+
+    Raises:
+        StoreError: a worker cannot write what it is to keep.
     """
     with (
         tempfile.TemporaryDirectory(prefix="rightofway-") as folder,
         pool(workers, _keep_files_in, folder) as started,
     ):
         futures: dict[Future[Record], Episode] = {
-            started.schedule(run, args=(episode,), timeout=time_limit): episode
+            started.schedule(work, args=(episode,), timeout=time_limit): episode
             for episode in chosen
         }
         try:
@@ -103,6 +111,8 @@ def _record(future: Future[Record], episode: Episode, time_limit: float) -> Reco
         return episode.record("timed out", reason=f"not done after {time_limit:g} s")
     except ProcessExpired as error:
         return episode.record("crashed", reason=f"the worker process died ({error.exitcode})")
+    except StoreError:
+        raise
     except RightOfWayError as error:
         return episode.record("failed", reason=str(error))
     except Exception as error:  # SUMO's own errors in mid-episode, for one

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,9 +52,13 @@ def run(
         int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
+    log_actions: Annotated[
+        bool,
+        typer.Option("--log-actions", help="Also write commands, to OUT/actions, for `replay`."),
+    ] = False,
 ) -> None:
     """Run episodes, append their records and print the leaderboard."""
-    from benchmark import leaderboard, suite
+    from benchmark import action_log, leaderboard, suite
     from benchmark.store import Store
 
     if seeds and seed:
@@ -66,8 +71,11 @@ def run(
         seed or range(1, (seeds or 0) + 1),
     )
     store.prepare()
+    actions = action_log.folder_in(out) if log_actions else None
+    if actions is not None:
+        action_log.prepare(actions)
     suite.prepare(chosen)
-    records = _run_with_progress(chosen, workers or os.cpu_count() or 1, store)
+    records = run_with_progress(chosen, workers or os.cpu_count() or 1, store, actions)
     rows = leaderboard.rows(store.read())
     write_leaderboard(rows, out)
     print_leaderboard(rows, out)
@@ -116,11 +124,22 @@ def _usable_controllers() -> list[str]:
     return usable
 
 
-def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store") -> "list[Record]":
+def run_with_progress(
+    chosen: "Sequence[Episode]", workers: int, store: "Store", actions: Path | None = None
+) -> "list[Record]":
+    """Run episodes with a bar on standard error and append their records.
+
+    Args:
+        chosen: what to run.
+        workers: processes side by side.
+        store: where records go.
+        actions: the folder for action logs, if any are wanted.
+    """
     from rich import progress
 
-    from benchmark import suite
+    from benchmark import episode, replay, suite
 
+    work = episode.run if actions is None else partial(replay.run_logged, folder=actions)
     records = []
     columns = (
         progress.TextColumn("{task.completed}/{task.total} episodes"),
@@ -133,7 +152,7 @@ def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store"
     try:
         with progress.Progress(*columns, console=console.stderr()) as bar:
             task = bar.add_task("", total=len(chosen))
-            for record in suite.run_all(chosen, workers):
+            for record in suite.run_all(chosen, workers, work=work):
                 store.append(record)
                 records.append(record)
                 bar.advance(task)
