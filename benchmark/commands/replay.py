@@ -59,11 +59,10 @@ def _tell(log: "ActionLog", again: "Record") -> bool:
             f"from {len(log.actions)} commands"
         )
     else:
-        console.notice(f"{log.path}: comes out otherwise: {'; '.join(differing[:3])}")
-        if len(differing) > 3:
-            console.notice(f"and {len(differing) - 3} more differences")
-        elif versions is None:
-            console.notice("the versions are the same: the log's commands or record were changed")
+        more = f"; and {len(differing) - 3} more" if len(differing) > 3 else ""
+        console.notice(f"{log.path}: comes out otherwise: {'; '.join(differing[:3])}{more}")
     if versions is not None:
-        console.notice(f"{log.path}: {versions}")
+        console.notice(f"{log.path}: versions: {versions}")
+    elif differing:
+        console.notice("the versions are the same: the log's commands or record were changed")
     return not differing
