@@ -13,6 +13,7 @@ from benchmark.commands import console
 from benchmark.commands.records import capacity, leaderboard
 from benchmark.commands.replay import replay
 from benchmark.commands.run import LARGEST_SEED, run
+from benchmark.commands.submission import submit, verify
 from benchmark.errors import RightOfWayError, UsageError
 from benchmark.learning.command import train
 
@@ -171,6 +172,8 @@ app.command()(run)
 app.command()(leaderboard)
 app.command()(capacity)
 app.command()(replay)
+app.command()(submit)
+app.command()(verify)
 
 
 @app.command()

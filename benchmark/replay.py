@@ -53,6 +53,11 @@ def score(episode: LoggedEpisode) -> Record:
     return run_plugin(episode, plugin, log.record.controller_from)
 
 
+def is_shipped(scenario: str) -> bool:
+    """Whether a scenario of this name ships, at this or another demand."""
+    return (scenario.rpartition("@")[0] or scenario) in catalogue.shipped()
+
+
 def check_scenario(log: ActionLog) -> None:
     """Make sure that a log does not call its own scenario by a shipped one's name.
 
@@ -60,7 +65,7 @@ def check_scenario(log: ActionLog) -> None:
         ActionLogError: the shipped scenario of that name is another.
     """
     name = log.record.scenario
-    if (name.rpartition("@")[0] or name) not in catalogue.shipped():
+    if not is_shipped(name):
         return
     (shipped,) = catalogue.find([name])
     if shipped.hash != log.record.scenario_hash:

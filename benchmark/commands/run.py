@@ -64,7 +64,7 @@ def run(
     if seeds and seed:
         raise UsageError("--seeds and --seed exclude each other; give one of them")
     store = Store(out, notice=console.notice)
-    chosen = _chosen(
+    chosen = choose(
         scenario or [PAPER],
         controller or [],
         rate or [],
@@ -84,7 +84,7 @@ def run(
         raise typer.Exit(1)
 
 
-def _chosen(
+def choose(
     references: Sequence[str],
     controllers: Sequence[str],
     rates: Sequence[float],

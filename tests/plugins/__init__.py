@@ -15,7 +15,9 @@ def install(target: Path, package: str = "hostile") -> Path:
     info.mkdir(parents=True)
     shutil.copy(source / f"{package}.py", target)
     head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-    (info / "METADATA").write_text(head)
+    people = [f"Author-email: {p['name']} <{p['email']}>\n" for p in project.get("authors", [])]
+    licence = [f"License-Expression: {project['license']}\n"] if "license" in project else []
+    (info / "METADATA").write_text("".join([head, *people, *licence]))
     lines = [
         line
         for group, entries in project["entry-points"].items()

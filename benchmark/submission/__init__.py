@@ -1,0 +1,1 @@
+"""Submissions: bundles of a controller's records, action logs and code, made and verified."""
