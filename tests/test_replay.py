@@ -8,7 +8,7 @@ from pathlib import Path
 
 import polars
 import pytest
-from conftest import smoke
+from conftest import shipped, smoke
 from test_action_log import head_of, sealed
 
 from benchmark import action_log, plugins, replay
@@ -46,6 +46,14 @@ def test_a_record_comes_out_of_its_log_without_the_controller(
     assert again.model_copy(update={"wall_time": record.wall_time}) == record
     assert replay.differences(record, again) == []
     assert replay.versions_differ(record, again) is None
+
+
+def test_a_log_takes_as_little_room_as_the_docs_say(tmp_path: Path) -> None:
+    for controller, most in (("virtual-signal", 25_000), ("time-windows", 60_000)):
+        replay.run_logged(Episode(shipped("colorado-springs/334"), controller, 0.6, 1), tmp_path)
+        (path,) = tmp_path.iterdir()
+        assert path.stat().st_size < most  # docs/submissions.md
+        path.unlink()
 
 
 def test_another_command_makes_another_record(tmp_path: Path) -> None:

@@ -83,6 +83,22 @@ def test_a_permitted_green_that_conflicts_with_nobody_does_not_excuse_the_others
         signals.check(*conflicting(permitted=["N-C"]))
 
 
+def test_streams_that_both_go_straight_never_share_a_green_whoever_is_said_to_yield() -> None:
+    every = ["E-C", "N-C", "S-C"]
+    straight = {"movements": every, "permitted": every, "green": 20}
+    with pytest.raises(ScenarioError, match="E-C and N-C conflict"):
+        signals.check(*built({"signal.phases.1": straight}))
+
+
+@pytest.mark.parametrize("key", ["yellow", "all_red"])
+def test_a_program_of_a_controller_clears_no_faster_than_the_scenarios(key: str) -> None:
+    scenario, signal, roads = built({})
+    signals.check(scenario, signal.model_copy(update={key: getattr(signal, key) + 1}), roads)
+    shorter = signal.model_copy(update={key: getattr(signal, key) - 0.5})
+    with pytest.raises(ScenarioError, match=f"signal.{key}: .* expected at least"):
+        signals.check(scenario, shorter, roads)
+
+
 # --- letters ---------------------------------------------------------------------------------
 
 

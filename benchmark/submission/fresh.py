@@ -1,5 +1,6 @@
 """Runs a submitted controller: on episodes of its bundle, and on seeds that nobody foresaw."""
 
+import contextlib
 import random
 import re
 import sys
@@ -51,10 +52,11 @@ def runner(folder: Path, said: Manifest, *, run_code: bool) -> Runner | str:
         run_code: whether code that the bundle brings may run.
     """
     reference = _reference(folder, said)
-    try:
-        installed = code.of(plugins.find(said.name.partition("?")[0]).kind)
-    except RightOfWayError:
-        installed = None
+    name = said.name.partition("?")[0]
+    installed = None
+    if name in plugins.discovered():  # never a file or module, which the manifest could choose
+        with contextlib.suppress(RightOfWayError):
+            installed = code.of(plugins.load(name))
     if installed is not None and installed.sha256 == said.code.sha256:
         return Runner(reference)
     here = "not installed" if installed is None else "installed with other code"

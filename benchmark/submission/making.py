@@ -1,7 +1,6 @@
 """Makes a bundle: what a controller, its package and the command line say, and what was run."""
 
 import os
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from email.utils import getaddresses
@@ -167,7 +166,7 @@ def _manifest(subject: Subject, record: Record, members: Mapping[str, Path]) -> 
         paper=words.paper or "",
         licence=words.licence,
         code=manifest.Code(
-            source=re.sub(r"[^\w.:+! -]", "-", subject.source),
+            source=subject.source if " " in subject.source else f"{subject.source} unversioned",
             place=subject.code.place,
             sha256=subject.code.sha256,
             included=subject.includes_code,

@@ -30,7 +30,7 @@ class Code(Table):
     """Where a controller's code is from."""
 
     source: str = Field(pattern=r"^[\w.-]+ [\w.:+!-]+$", description="distribution and version")
-    place: str = Field(pattern=r"^[\w.]+:[\w.]+$", description="module and class")
+    place: str = Field(pattern=r"^[\w.-]+:[\w.]+$", description="module and class")
     sha256: Sha256 = Field(description="over the files that belong to it, as ``code.digest`` does")
     included: bool = Field(description="whether they lie in code/")
 
