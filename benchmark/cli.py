@@ -10,6 +10,7 @@ import typer
 
 from benchmark import __version__
 from benchmark.commands import console
+from benchmark.commands.paper import paper
 from benchmark.commands.records import capacity, leaderboard
 from benchmark.commands.run import LARGEST_SEED, run
 from benchmark.errors import RightOfWayError, UsageError
@@ -169,6 +170,7 @@ def signal(scenario: OneScenario) -> None:
 app.command()(run)
 app.command()(leaderboard)
 app.command()(capacity)
+app.command()(paper)
 
 
 @app.command()

@@ -342,17 +342,8 @@ def results(tmp_path: Path) -> Path:
     return tmp_path
 
 
-NOT_OFFERED_YET = """
-from benchmark import cli
-from benchmark.commands.paper import paper
-
-cli.app.command()(paper)
-cli.main()
-"""
-
-
 def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    whole = [sys.executable, "-c", NOT_OFFERED_YET, "paper", *arguments]
+    whole = [str(Path(sys.executable).parent / "rightofway"), "paper", *arguments]
     return subprocess.run(
         whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=120
     )

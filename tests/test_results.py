@@ -81,6 +81,8 @@ def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) 
         ("332", "wang", 0.8),
         ("334", "wang-tuned", 0.7),
         ("229", "time-windows", 0.6),
+        ("334", "hierarchical", 0.5),
+        ("449", "hierarchical-tuned", 0.7),
     ],
 )
 def test_a_record_comes_out_again_as_it_was_committed(
