@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from benchmark import __version__, plugins, sumo_tools
+from benchmark import __version__, plugins, reference, sumo_tools
 from benchmark.guard import ControllerFailedError, Guard
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
@@ -18,9 +18,14 @@ class Episode:
     """What is to be run."""
 
     scenario: Scenario
-    controller: str  # its name, with options as ``benchmark.plugins.find`` reads them
+    controller: str  # its reference, as ``benchmark.plugins.find`` reads it in any process
     rate: float | None  # None where the controller commands no vehicle
     seed: int
+
+    @property
+    def label(self) -> str:
+        """The controller as records and messages name it: a file without its folder."""
+        return reference.label(self.controller)
 
     def record(
         self,
@@ -31,7 +36,7 @@ class Episode:
         return Record.model_validate(
             {
                 "scenario": self.scenario.name,
-                "controller": self.controller,
+                "controller": self.label,
                 "rate": self.rate,
                 "seed": self.seed,
                 "status": status,
@@ -89,7 +94,7 @@ def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> W
         episode.scenario,
         episode.rate or 0.0,
         episode.seed,
-        controller=episode.controller,
+        controller=episode.label,
         signal=controllers.signal,
         arbitration=kind.arbitration if kind.rules == "robot vehicles" else "own",
         window=window,

@@ -119,6 +119,8 @@ def test_scenarios_beside_the_suite_come_before_shipped_ones(here: Path) -> None
         ({"rates": [float("nan")]}, r"rates\[0\]: "),
         ({"rates": []}, "rates: "),
         ({"seeds": 0}, "seeds: should be greater than 0; got 0"),
+        ({"controllers": [{"clearance": 4}]}, r"controllers\[0\]: expected a table such as "),
+        ({"controllers": [{"name": "wang", "x": [1]}]}, r"controllers\[0\]: x: expected a number"),
         ({"seeds": True}, "seeds: expected a whole number; got True"),
     ],
 )
@@ -135,10 +137,13 @@ def test_a_mistake_is_refused_with_file_key_and_remedy(
     [
         ("wnag", 'unknown controller "wnag"; did you mean "wang"'),
         ("virtual-signal?gren=5", 'unknown key "gren"; did you mean "green"'),
+        ({"name": "virtual-signal", "gren": 5}, 'unknown key "gren"; did you mean "green"'),
+        ({"name": "virtual-signal", "green": True}, "green: expected a number; got 'true'"),
+        ("absent.py:Mine", "absent.py: cannot read the controller"),
     ],
 )
 def test_a_controller_that_is_not_there_is_named_with_its_place(
-    here: Path, reference: str, message: str
+    here: Path, reference: object, message: str
 ) -> None:
     written(here / "mine.toml", controllers=["wang", reference])
     with pytest.raises(SuiteError, match=rf"^mine.toml: controllers\[1\]: .*{message}"):
@@ -150,6 +155,18 @@ def test_a_scenario_that_leads_nowhere_is_named_with_the_suite(here: Path, refer
     written(here / "mine.toml", scenarios=[reference])
     with pytest.raises(SuiteError, match=f"^mine.toml: scenarios: .*{reference}"):
         found("mine.toml").load_scenarios()
+
+
+def test_controllers_are_tables_and_files_beside_the_suite_as_well(here: Path) -> None:
+    tables = [{"name": "virtual-signal", "green": 5.0, "clearance": 3}, {"name": "mine.py:Mine"}]
+    suite = written(here / "study" / "s.toml", controllers=[*tables, "mine.py:Mine?green=9"])
+    mine = here / "study" / "mine.py"
+    mine.write_text("from baselines.virtual_signal import VirtualSignal as Mine")
+    assert found(suite).checked_controllers() == [
+        "virtual-signal?clearance=3&green=5",
+        f"{mine}:Mine",
+        f"{mine}:Mine?green=9",
+    ]
 
 
 # --- run -------------------------------------------------------------------------------------
