@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from benchmark import __version__, plugins, reference, sumo_tools
+from benchmark import __version__, needs, plugins, reference, sumo_tools
 from benchmark.guard import ControllerFailedError, Guard
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
@@ -41,6 +41,7 @@ class Episode:
                 "seed": self.seed,
                 "status": status,
                 "scenario_hash": self.scenario.hash,
+                "controller_from": plugins.provenance(self.controller),
                 "versions": Versions(
                     rightofway=__version__,
                     sumo=sumo_tools.sumo_version(),
@@ -69,8 +70,9 @@ def run(episode: Episode, *, window: bool = False) -> Record:
     facts = {
         "rules": kind.rules,
         "arbitration": kind.arbitration if kind.rules == "robot vehicles" else None,
-        "controller_from": plugins.provenance(episode.controller),
     }
+    if reason := needs.unmet(kind, episode.scenario, episode.rate):
+        return episode.record("skipped", reason=reason, **facts)
     try:
         controllers = Guard(plugin, episode.scenario)
         if reason := controllers.unsupported:

@@ -62,16 +62,21 @@ def source(path: Path) -> Source:
     Raises:
         ControllerError: the file cannot be read or run.
     """
-    return _source(path.resolve())
+    place = path.resolve()
+    if place not in _sources:
+        _sources[place] = _run(place)
+    return _sources[place]
 
 
-@cache
-def _source(path: Path) -> Source:
+_sources: dict[Path, Source] = {}
+
+
+def _run(path: Path) -> Source:
     try:
         code = path.read_bytes()
     except OSError as error:
         raise ControllerError(f"{path}: cannot read the controller: {error.strerror}") from error
-    module = ModuleType(f"<{path.name} {hashlib.sha256(bytes(path)).hexdigest()[:12]}>")
+    module = ModuleType(f"<{path.name} {_sha256(bytes(path))[:12]}>")
     module.__file__ = str(path)
 
     def run() -> None:
@@ -83,7 +88,7 @@ def _source(path: Path) -> Source:
     except ControllerError:
         del sys.modules[module.__name__]
         raise
-    return Source(module, hashlib.sha256(code).hexdigest())
+    return Source(module, _sha256(code))
 
 
 def _imported(title: str, load: Callable[[], Any], file: Path | None = None) -> Any:
@@ -91,21 +96,21 @@ def _imported(title: str, load: Callable[[], Any], file: Path | None = None) -> 
         return load()
     except (Exception, SystemExit) as error:  # whatever code does when it is imported
         raise ControllerError(
-            f"{title} cannot be imported: {_words(error)}{_hint(error, file)}"
+            f"{title} cannot be imported: {_words(error, file)}{_hint(error, file)}"
         ) from error
 
 
-def _words(error: BaseException) -> str:
-    """What happened, and in which line of which file."""
+def _words(error: BaseException, file: Path | None) -> str:
+    """What happened, and in which line: of the file, if that can be said."""
     if isinstance(error, SyntaxError) and error.filename:
         return f"{type(error).__name__}: {error.msg} ({Path(error.filename).name}:{error.lineno})"
-    frames = [
-        frame
+    places = [
+        (Path(frame.filename), frame.lineno)
         for frame in traceback.extract_tb(error.__traceback__)
-        if frame.filename != __file__ and not frame.filename.startswith("<frozen importlib")
+        if frame.filename != __file__ and "importlib" not in frame.filename
     ]
-    own = [one for one in frames if "importlib" not in Path(one.filename).parts]
-    place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
+    own = [one for one in places if one[0] == file] or places
+    place = f" ({own[-1][0].name}:{own[-1][1]})" if own else ""
     return f"{type(error).__name__}: {error}{place}"
 
 
@@ -138,12 +143,24 @@ def _attribute(module: ModuleType, attribute: str, title: str) -> object:
     return found
 
 
-def origin(module: str) -> str:
+def origin_of_file(path: Path) -> str:
+    """A file's name and SHA-256, as it was run or, where it has not been, as it is."""
+    if ran := _sources.get(path.resolve()):
+        return f"{path.name} sha256:{ran.sha256}"
+    try:
+        return f"{path.name} sha256:{_sha256(path.read_bytes())}"
+    except OSError:
+        return path.name
+
+
+@cache
+def origin_of_module(module: str) -> str:
     """The distribution and version that a module comes from; without one, its file's hash."""
-    top = module.partition(".")[0]
-    if names := packages_distributions().get(top):
+    if names := packages_distributions().get(module.partition(".")[0]):
         return f"{names[0]} {version(names[0])}"
-    path = sys.modules[module].__file__
-    if path is None:
-        return "unknown"
-    return f"{Path(path).name} sha256:{hashlib.sha256(Path(path).read_bytes()).hexdigest()}"
+    path = getattr(sys.modules.get(module), "__file__", None)
+    return origin_of_file(Path(path)) if path else "unknown"
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

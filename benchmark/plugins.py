@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from benchmark import loading, reference
+from benchmark import loading, needs, reference
 from benchmark.controller import Controller
 from benchmark.errors import ControllerError
 from benchmark.reference import Reference
@@ -22,7 +22,6 @@ from benchmark.validation import explain, nearest
 
 GROUP = "rightofway.controllers"
 TRAINERS = "rightofway.trainers"
-CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
 
 
 @dataclass(frozen=True)
@@ -92,11 +91,8 @@ def _checked(found: object, title: str) -> type[Controller]:
         raise ControllerError(f"{title} is not a benchmark.controller.Controller")
     if missing := sorted(getattr(found, "__abstractmethods__", ())):
         raise ControllerError(f"{title} lacks the method {' and '.join(missing)}")
-    for key, choices in CHOICES.items():
-        if (value := getattr(found, key)) not in choices:
-            raise ControllerError(
-                f'{title}: {key} = {value!r}; expected "{choices[0]}" or "{choices[1]}"'
-            )
+    if problem := needs.mistake(found):
+        raise ControllerError(f"{title}: {problem}")
     return found
 
 
@@ -172,9 +168,8 @@ def provenance(text: str) -> str:
     """
     parts = reference.parse(text).placed(Path())
     if parts.is_file:
-        path = Path(parts.place)
-        return f"{path.name} sha256:{loading.source(path).sha256}"
+        return loading.origin_of_file(Path(parts.place))
     if parts.attribute:
-        return loading.origin(parts.place)
-    distribution = discovered()[parts.place].dist
-    return f"{distribution.name} {distribution.version}" if distribution else "unknown"
+        return loading.origin_of_module(parts.place)
+    entry = discovered().get(parts.place)
+    return f"{entry.dist.name} {entry.dist.version}" if entry and entry.dist else "unknown"
