@@ -11,6 +11,7 @@ import typer
 from benchmark import __version__
 from benchmark.commands import console
 from benchmark.commands.check import check
+from benchmark.commands.new import new
 from benchmark.commands.paper import paper
 from benchmark.commands.records import capacity, leaderboard
 from benchmark.commands.run import LARGEST_SEED, run
@@ -134,6 +135,7 @@ def signal(scenario: OneScenario) -> None:
     typer.echo(tomli_w.dumps({"signal": {"kind": proposed.kind, **document}}), nl=False)
 
 
+app.add_typer(new)
 app.command()(run)
 app.command()(leaderboard)
 app.command()(capacity)
