@@ -145,7 +145,7 @@ app.command()(paper)
 @app.command()
 def watch(
     scenario: OneScenario,
-    controller: Annotated[str, typer.Option(help="NAME or NAME?option=value.")],
+    controller: Annotated[str, typer.Option(help="NAME or file.py:Class; NAME?option=value.")],
     rate: Annotated[float, typer.Option(min=0, max=1, help="Penetration rate.")] = 0.5,
     seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED)] = 1,
 ) -> None:

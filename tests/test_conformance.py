@@ -1,6 +1,7 @@
 """The conformance kit: each broken promise is found, by the check that is for it and no other."""
 
 import itertools
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -188,6 +189,11 @@ def test_cases_are_told_apart_by_id_and_fail_or_skip_with_the_reason() -> None:
     bad = {str(case): case for case in cases(unruly.Nameless, BOTH)}
     with pytest.raises(AssertionError, match="the class has no docstring"):
         bad["declares"].verify()
+
+
+def test_the_documentation_has_every_check_in_its_order() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "conformance.md").read_text()
+    assert re.findall(r"^\| `([a-z-]+)` \|", text, re.MULTILINE) == list(CHECKS)
 
 
 def test_misuse_is_refused() -> None:

@@ -12,7 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
+from benchmark.cli import app
 from benchmark.record import Record
 from benchmark.store import Store
 
@@ -77,6 +79,13 @@ def follow(title: str, folder: Path) -> Shell:
     for line in commands(title):
         shell.run(line)
     return shell
+
+
+def test_every_command_named_in_passing_exists() -> None:
+    known = get_command(app).commands  # type: ignore[attr-defined]
+    named = re.findall(r"`rightofway ([\w-]+)", TEXT)
+    assert len(named) > 4
+    assert set(named) <= set(known)
 
 
 @pytest.mark.parametrize("title", ["Add a scenario", "Add a controller"])

@@ -5,13 +5,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 import tomli_w
-from conftest import PAPER, SCENARIOS
+from conftest import PAPER, SCENARIOS, SHIPPED, SMOKE
 
 from benchmark import catalogue, suite_file
 from benchmark.errors import ScenarioError, SuiteError, UsageError
@@ -55,6 +56,22 @@ def test_the_shipped_suite_asks_for_the_papers_intersections_rates_and_baselines
     assert {"traffic-light", "wang"} <= {*suite.checked_controllers()}
 
 
+def test_the_suite_smoke_comes_before_the_folder_of_its_name_and_runs_all_of_it() -> None:
+    suite = found("smoke")
+    assert [one.name for one in suite.load_scenarios()] == SMOKE
+    assert [one.name for one in catalogue.find(["smoke"])] == SMOKE  # where suites are no matter
+    assert suite.seeds == 2
+    assert {"traffic-light", "virtual-signal"} <= {*suite.checked_controllers()}
+
+
+def test_the_suite_full_asks_for_everything_that_ships() -> None:
+    suite = found("full")
+    assert sorted(one.name for one in suite.load_scenarios()) == SHIPPED
+    assert (suite.rates, suite.seeds) == (tuple(tenth / 10 for tenth in range(1, 11)), 20)
+    project = tomllib.loads((SCENARIOS.parent / "pyproject.toml").read_text())["project"]
+    assert set(suite.controllers) == set(project["entry-points"]["rightofway.controllers"])
+
+
 def test_shipped_suites_are_no_scenarios() -> None:
     assert not {*suite_file.shipped()} & {*catalogue.shipped()}
     with pytest.raises(ScenarioError, match="unknown scenario"):
@@ -64,7 +81,7 @@ def test_shipped_suites_are_no_scenarios() -> None:
 def test_a_suite_is_told_from_a_scenario_by_its_keys(here: Path) -> None:
     assert found(written(here / "mine.toml")).controllers == tuple(SMALL["controllers"])
     assert suite_file.find([str(SCENARIOS / "smoke" / "tee.toml")]) is None
-    assert suite_file.find(["smoke", "colorado-springs", "missing.toml", "x" * 300]) is None
+    assert suite_file.find(["smoke/tee", "colorado-springs", "missing.toml", "x" * 300]) is None
     assert suite_file.find([]) is None
 
 
