@@ -241,8 +241,10 @@ def test_a_dotted_name_leads_to_a_class_of_an_installed_module(
     found = plugins.find("baselines.virtual_signal:VirtualSignal?green=5")
     assert (found.kind, found.label) == (VirtualSignal, found.reference)
     monkeypatch.syspath_prepend(mine.parent)
-    found = plugins.find("mine:Mine")
-    assert found.kind.__module__ == "mine"
     digest = hashlib.sha256(mine.read_bytes()).hexdigest()
-    assert plugins.provenance("mine:Mine") == f"mine.py sha256:{digest}"
+    try:
+        assert plugins.find("mine:Mine").kind.__module__ == "mine"
+        assert plugins.provenance("mine:Mine") == f"mine.py sha256:{digest}"
+    finally:
+        del sys.modules["mine"]
     assert plugins.provenance("pydantic.main:BaseModel").startswith("pydantic 2.")
