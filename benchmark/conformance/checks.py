@@ -20,6 +20,8 @@ from benchmark.scenario import Scenario
 
 Check = Callable[[Subject, Scenario], str]
 
+NEVER_RAN = "it does not get through an episode; see runs"
+
 
 def declares(subject: Subject, scenario: Scenario) -> str:
     """It can be made, describes itself and declares what it needs."""
@@ -62,6 +64,8 @@ def reaches(subject: Subject, scenario: Scenario) -> str:
         raise CheckFailedError(
             f"{'; '.join(found)}; a controller has what reset and act are given, and no more"
         )
+    if not any(subject.ran(one) for one in subject.scenarios):
+        raise CheckSkippedError(NEVER_RAN)
     return "no import of the simulation, no process, no connection"
 
 
@@ -189,7 +193,7 @@ def applies(name: str, subject: Subject, scenario: Scenario) -> None:
     if reason := subject.skipped(scenario):
         raise CheckSkippedError(reason)
     if name != "runs" and not subject.ran(scenario):
-        raise CheckSkippedError("it does not get through an episode; see runs")
+        raise CheckSkippedError(NEVER_RAN)
 
 
 def _compare(found: Sequence[Commands], track: Track, who: str) -> None:

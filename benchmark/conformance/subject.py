@@ -27,7 +27,7 @@ class Subject:
         if isinstance(controller, type):
             controller = f"{controller.__module__}:{controller.__qualname__}"
         self._controller, self.scenarios = controller, scenarios
-        self._live: dict[str, Watched] = {}
+        self._live: dict[str, Watched] = {}  # by the scenario's hash, as outcomes are
 
     @cached_property
     def plugin(self) -> Plugin:
@@ -74,7 +74,7 @@ class Subject:
 
     def elsewhere(self, scenario: Scenario) -> Mapping[float | None, Outcome]:
         """What became of episodes in processes of their own, by rate; none where it lacks needs."""
-        return self._outcomes.get(scenario.name, {})
+        return self._outcomes.get(scenario.hash, {})
 
     @cached_property
     def _outcomes(self) -> dict[str, dict[float | None, Outcome]]:
@@ -86,14 +86,14 @@ class Subject:
         ]
         found: dict[str, dict[float | None, Outcome]] = {}
         for task, outcome in zip(tasks, elsewhere.run(tasks) if tasks else [], strict=True):
-            found.setdefault(task.scenario.name, {})[task.rate] = outcome
+            found.setdefault(task.scenario.hash, {})[task.rate] = outcome
         return found
 
     def live(self, scenario: Scenario) -> Watched:
         """An episode in this process, of a scenario on which those elsewhere went well."""
-        if scenario.name not in self._live:
-            self._live[scenario.name] = watch(self.plugin, scenario, self.rate, SEED)
-        return self._live[scenario.name]
+        if scenario.hash not in self._live:
+            self._live[scenario.hash] = watch(self.plugin, scenario, self.rate, SEED)
+        return self._live[scenario.hash]
 
     def other(self, scenario: Scenario) -> Sequence[Track]:
         """The tracks of another episode: on another scenario, if it runs on one."""
