@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from benchmark import __version__, needs, plugins, reference, sumo_tools
+from benchmark import __version__, naming, needs, plugins, sumo_tools
 from benchmark.guard import ControllerFailedError, Guard
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
@@ -25,7 +25,7 @@ class Episode:
     @property
     def label(self) -> str:
         """The controller as records and messages name it: a file without its folder."""
-        return reference.label(self.controller)
+        return naming.label(self.controller)
 
     def record(
         self,

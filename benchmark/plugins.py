@@ -1,6 +1,6 @@
 """How controllers and their trainers are found: installed, in a file, or in a module.
 
-``find`` is the one door: it takes any reference of ``benchmark.reference`` and checks its options
+``find`` is the one door: it takes any reference of ``benchmark.naming`` and checks its options
 against the constructor's signature.
 """
 
@@ -14,10 +14,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from benchmark import loading, needs, reference
+from benchmark import loading, naming, needs
 from benchmark.controller import Controller
 from benchmark.errors import ControllerError
-from benchmark.reference import Reference
+from benchmark.naming import Reference
 from benchmark.validation import explain, nearest
 
 GROUP = "rightofway.controllers"
@@ -35,7 +35,7 @@ class Plugin:
     @property
     def label(self) -> str:
         """The reference as records and tables have it: a file by its name alone."""
-        return reference.label(self.reference)
+        return naming.label(self.reference)
 
     def new(self) -> Controller:
         """Another controller of this kind."""
@@ -60,10 +60,10 @@ def find(text: str, folder: Path = Path()) -> Plugin:
         ControllerError: as ``load``; an option is unknown, missing, given twice or has a wrong
             value.
     """
-    parts = reference.parse(text).placed(folder)
+    parts = naming.parse(text).placed(folder)
     kind = load(parts.name)
     options = _checked_options(parts, kind)
-    return Plugin(str(replace(parts, query=reference.query(options))), kind, options)
+    return Plugin(str(replace(parts, query=naming.query(options))), kind, options)
 
 
 def load(name: str) -> type[Controller]:
@@ -72,7 +72,7 @@ def load(name: str) -> type[Controller]:
     Raises:
         ControllerError: there is none of that name, it cannot be imported, or it is no controller.
     """
-    parts = reference.parse(name)
+    parts = naming.parse(name)
     if parts.is_file:
         found = loading.from_file(Path(parts.place), parts.attribute)
     elif parts.attribute:
@@ -166,7 +166,7 @@ def provenance(text: str) -> str:
 
     The distribution with its version, as in ``rightofway 0.1.0``; of a file its name and SHA-256.
     """
-    parts = reference.parse(text).placed(Path())
+    parts = naming.parse(text).placed(Path())
     if parts.is_file:
         return loading.origin_of_file(Path(parts.place))
     if parts.attribute:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PositiveInt, PrivateAttr, ValidationError
 
-from benchmark import catalogue, plugins, reference, toml_file
+from benchmark import catalogue, naming, plugins, toml_file
 from benchmark.errors import ControllerError, RightOfWayError, SuiteError, UsageError
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import Share, Table
@@ -24,7 +24,7 @@ def _in_words(given: Any) -> Any:
     if not isinstance(given, dict):
         return given
     try:
-        return reference.from_table(given)
+        return naming.from_table(given)
     except ControllerError as error:
         raise ValueError(str(error)) from error
 
