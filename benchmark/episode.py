@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from benchmark import __version__, plugins, sumo_tools
+from benchmark import __version__, naming, needs, plugins, sumo_tools
 from benchmark.guard import ControllerFailedError, Guard
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
@@ -18,9 +18,14 @@ class Episode:
     """What is to be run."""
 
     scenario: Scenario
-    controller: str  # its name, with options as ``benchmark.plugins.find`` reads them
+    controller: str  # its reference, as ``benchmark.plugins.find`` reads it in any process
     rate: float | None  # None where the controller commands no vehicle
     seed: int
+
+    @property
+    def label(self) -> str:
+        """The controller as records and messages name it: a file without its folder."""
+        return naming.label(self.controller)
 
     def record(
         self,
@@ -31,11 +36,12 @@ class Episode:
         return Record.model_validate(
             {
                 "scenario": self.scenario.name,
-                "controller": self.controller,
+                "controller": self.label,
                 "rate": self.rate,
                 "seed": self.seed,
                 "status": status,
                 "scenario_hash": self.scenario.hash,
+                "controller_from": plugins.provenance(self.controller),
                 "versions": Versions(
                     rightofway=__version__,
                     sumo=sumo_tools.sumo_version(),
@@ -64,8 +70,9 @@ def run(episode: Episode, *, window: bool = False) -> Record:
     facts = {
         "rules": kind.rules,
         "arbitration": kind.arbitration if kind.rules == "robot vehicles" else None,
-        "controller_from": plugins.provenance(episode.controller),
     }
+    if reason := needs.unmet(kind, episode.scenario, episode.rate):
+        return episode.record("skipped", reason=reason, **facts)
     try:
         controllers = Guard(plugin, episode.scenario)
         if reason := controllers.unsupported:
@@ -89,7 +96,7 @@ def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> W
         episode.scenario,
         episode.rate or 0.0,
         episode.seed,
-        controller=episode.controller,
+        controller=episode.label,
         signal=controllers.signal,
         arbitration=kind.arbitration if kind.rules == "robot vehicles" else "own",
         window=window,

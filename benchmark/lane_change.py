@@ -87,7 +87,7 @@ def in_episode(episode: Episode) -> list[LaneChange]:
     Raises:
         RightOfWayError: the scenario cannot be run, or the controller refuses it or fails.
     """
-    where = f"{episode.controller} on {episode.scenario.name}"
+    where = f"{episode.label} on {episode.scenario.name}"
     try:
         controllers = Guard(plugins.find(episode.controller), episode.scenario)
         if controllers.unsupported:
@@ -147,7 +147,7 @@ def words(episode: Episode, changes: Sequence[LaneChange]) -> str:
     who = "its controller asked for it" if one.told else "it did so by itself, as HVs do"
     return (
         f"At {one.after.time:g} s of {episode.scenario.name} at {100 * (episode.rate or 0):g} % "
-        f"RVs, seed {episode.seed}, under `{episode.controller}`, the RV `{one.vehicle}` leaves "
+        f"RVs, seed {episode.seed}, under `{episode.label}`, the RV `{one.vehicle}` leaves "
         f"the lane `{one.source}`, on which another RV stays, for `{one.target}`, which had none; "
         f"{who}. From then on that lane has an RV for {one.duration:g} s. In this episode "
         f"{len(changes)} RVs changed lanes so, {asked} of them because their controller asked."

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from benchmark.record import JunctionMetrics, Record, TripMetrics
+from benchmark.record import JunctionMetrics, Record, TripMetrics, told_apart
 from benchmark.statistics import Estimate, estimates
 
 REFERENCE = "traffic-light"
@@ -119,7 +119,7 @@ def rows(records: Iterable[Record]) -> list[Row]:
     The newest record of an episode counts. A controller that commands no vehicle stands at every
     rate. Rows without a single episode that is ok stand last; nothing is left out.
     """
-    newest = {record.episode: record for record in records}
+    newest = {record.episode: record for record in told_apart(records)}
     cells = _cells(list(newest.values()))
     samples = [
         list(values.values()) for cell in cells for values in cell.samples.values() if values

@@ -1,12 +1,13 @@
 """Many runs: which episodes a study holds, and worker processes that run them."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 
 from benchmark import demand, network, plugins, signals
 from benchmark.episode import Episode, run
-from benchmark.errors import RightOfWayError
+from benchmark.errors import ControllerError, RightOfWayError
+from benchmark.plugins import Plugin
 from benchmark.record import Record
 from benchmark.scenario import Scenario
 from benchmark.workers import pool
@@ -27,14 +28,15 @@ def episodes(
 
     Args:
         scenarios: what to run on.
-        controllers: names of installed controllers, with options or without.
+        controllers: references, as ``benchmark.plugins.find`` reads them.
         rates: penetration rates; None takes each scenario's own.
         seeds: None takes each scenario's own.
 
     Raises:
-        ControllerError: a controller is unknown, cannot be imported or has no such option.
+        ControllerError: a controller is unknown, cannot be imported or has no such option, or two
+            files have the same name.
     """
-    found = {one.reference: one.kind for one in map(plugins.find, controllers)}
+    found = {one.reference: one.kind for one in _told_apart(map(plugins.find, controllers))}
     return [
         Episode(scenario, name, rate, seed)
         for scenario in scenarios
@@ -46,6 +48,18 @@ def episodes(
         )
         for seed in seeds or range(1, scenario.evaluation.seeds + 1)
     ]
+
+
+def _told_apart(found: Iterable[Plugin]) -> Iterator[Plugin]:
+    """Controllers whose records can be told apart: those of two files are by the files' names."""
+    seen: dict[str, str] = {}
+    for plugin in found:
+        if (other := seen.setdefault(plugin.label, plugin.reference)) != plugin.reference:
+            raise ControllerError(
+                f"{other} and {plugin.reference} would both be {plugin.label} in records; "
+                "rename one file or class"
+            )
+        yield plugin
 
 
 def prepare(chosen: Sequence[Episode]) -> None:

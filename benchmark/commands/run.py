@@ -34,7 +34,8 @@ def run(
         list[str] | None,
         typer.Option(
             "--controller",
-            help="Repeatable; NAME or NAME?option=value&option=value; default: the suite's or all.",
+            help="Repeatable; NAME, file.py:Class or package.module:Class, options as in "
+            "NAME?option=value&option=value; default: the suite's or all.",
         ),
     ] = None,
     rate: Annotated[

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmark import suite_file
 from benchmark.paper.published import FOLDER, INTERSECTIONS, RATES, cells
 from benchmark.paper.samples import Samples, canonical
-from benchmark import suite_file
 from benchmark.suite_file import Suite
 from benchmark.tables import percent
 
