@@ -96,8 +96,8 @@ def compare(
 ) -> Comparison:
     """Hold new records against a reference, episode by episode.
 
-    Episodes pair by the scenario's hash, so that a renamed scenario is the same one, and by
-    controller, rate and seed. The last record of an episode counts.
+    Episodes pair by scenario, controller, rate and seed; a scenario that has only another name
+    is known by its hash. The last record of an episode counts.
 
     Args:
         reference: what is to be equalled.
@@ -106,12 +106,16 @@ def compare(
         columns: the figures to compare.
         incomparable: scenarios that were not run again, and why.
     """
-    newest = {_episode(record): record for record in new}
-    hashes = {_place(record): record.scenario_hash for record in newest.values()}
+    newest = {record.episode: record for record in new}
+    by_content = {
+        _content(record): record
+        for _, record in sorted(newest.items(), key=lambda one: str(one[0]))
+    }
+    hashes = {_place(record): record.scenario_hash for record in by_content.values()}
     cells: dict[tuple[str, str, float | None, str], _Cell] = {}
-    for old in {(record.scenario, *_episode(record)): record for record in reference}.values():
+    for old in {record.episode: record for record in reference}.values():
         cell = cells.setdefault((*_place(old), old.scenario_hash), _Cell(old))
-        cell.pairs[old.seed] = (old, newest.get(_episode(old)))
+        cell.pairs[old.seed] = (old, newest.get(old.episode, by_content.get(_content(old))))
     rows: list[Row] = []
     for cell in cells.values():
         known = (incomparable or {}).get((cell.first.scenario, cell.first.scenario_hash))
@@ -126,7 +130,8 @@ def _place(record: Record) -> tuple[str, str, float | None]:
     return record.scenario, record.controller, record.rate
 
 
-def _episode(record: Record) -> tuple[str, str, float | None, int]:
+def _content(record: Record) -> tuple[str, str, float | None, int]:
+    """What tells episodes apart whatever their scenarios' names are."""
     return record.scenario_hash, record.controller, record.rate, record.seed
 
 

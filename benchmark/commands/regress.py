@@ -204,7 +204,7 @@ def _show(comparison: "Comparison", wanted: "Sequence[Record]", new: "Sequence[R
     screen = console.stdout()
     if not screen.is_terminal and "COLUMNS" not in os.environ:
         screen.width = LOG_WIDTH
-    for table in terminal.tables(comparison):
+    for table in terminal.tables(comparison, screen.width):
         screen.print(table)
         screen.print()
     for remark in words.remarks(comparison.rows):

@@ -43,7 +43,7 @@ def _case(suite: Xml.Element, row: Row) -> None:
     if kind is None:
         Xml.SubElement(case, "system-out").text = _xml(text)
     else:
-        message = row.remark if row.remark and not row.seeds else figures
+        message = figures if row.verdict is Verdict.WORSE else row.remark
         found = Xml.SubElement(case, kind, type=str(row.verdict), message=_xml(message))
         found.text = _xml(text)
 

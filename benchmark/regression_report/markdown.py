@@ -42,5 +42,5 @@ def _table(rows: Sequence[Row]) -> str:
 
 def _plain(text: str) -> str:
     """Text in one line that Markdown shows literally, cut where it is long."""
-    line = " ".join(text.split())
+    line = words.one_line(text)
     return literal(line if len(line) <= LONGEST_REMARK else f"{line[:LONGEST_REMARK]}...")

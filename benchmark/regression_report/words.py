@@ -66,12 +66,18 @@ def headline(comparison: Comparison) -> str:
 
 
 def remarks(rows: Sequence[Row]) -> list[str]:
-    """Remarks, each once, with the rows that they are of."""
+    """Remarks, each once and in one line, with the rows that they are of."""
     found: dict[str, list[Row]] = {}
     for row in rows:
         if row.remark:
             found.setdefault(row.remark, []).append(row)
-    return [f"{_who(members)}: {remark}" for remark, members in found.items()]
+    return [one_line(f"{_who(members)}: {remark}") for remark, members in found.items()]
+
+
+def one_line(text: str) -> str:
+    """Text without line breaks and what steers terminals; controllers' errors may hold any."""
+    line = " ".join(text.split())
+    return "".join(sign if sign.isprintable() else "?" for sign in line)
 
 
 def _who(rows: Sequence[Row]) -> str:
