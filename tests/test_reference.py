@@ -1,6 +1,5 @@
 """A reference: written whole or not at all, read only if whole, and ours equals what code gives."""
 
-import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -212,7 +211,7 @@ def test_without_the_program_git_there_is_no_state(
 def test_what_git_refuses_is_told(tmp_path: Path) -> None:
     git(tmp_path, "init", "-q")
     (tmp_path / ".git" / "config").write_text("[core\n")
-    with pytest.raises(UsageError, match="git rev-parse: .*config.*--allow-dirty"):
+    with pytest.raises(UsageError, match=r"git rev-parse: .*config.*--allow-dirty"):
         git_state(tmp_path, besides=tmp_path / "ref")
 
 

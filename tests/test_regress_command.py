@@ -6,17 +6,20 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
 
 import pytest
 import tomli_w
-from conftest import SCENARIOS
+from conftest import SCENARIOS, smoke
 from plugins import install
 from test_regression import BASE, runs, scaled
+from test_regression_report import MADE
 
+from benchmark import reference
 from benchmark.cli import main
 from benchmark.commands.regress import parse_limit
 from benchmark.errors import UsageError
@@ -215,6 +218,33 @@ def test_a_suite_that_asks_for_other_episodes_says_what_is_left_out(project: Pro
     assert "4 episodes of the suite have no reference" in words
 
 
+def test_a_reference_is_made_of_committed_code_and_episodes_that_are_ok(project: Project) -> None:
+    small = {**SUITE, "scenarios": ["tee.toml"], "controllers": ["changing"]}
+    (project.folder / "small.toml").write_text(tomli_w.dumps(small))
+    update = ("reference", "update", "--suite", "small.toml", "--out", "ref")
+    before = held(project.folder / "ref")
+    subprocess.run(["git", "init", "-q"], cwd=project.folder, check=True)
+    done = project.run(*update)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "error: not committed: " in done.stderr
+    assert "site/" in done.stderr
+    assert "--allow-dirty" in done.stderr
+    project.edit("CRASHES_ON = ()", "CRASHES_ON = (3,)")
+    done = project.run(*update, "--allow-dirty")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "1 of 6 episodes are not ok" in done.stderr
+    assert "--allow-failures" in done.stderr
+    assert held(project.folder / "ref") == before
+    assert not list(project.folder.glob(".ref*"))
+    done = project.run(*update, "--allow-dirty", "--allow-failures", "--workers", "1")
+    assert (done.returncode, done.stdout) == (0, "ref: 6 records\n")
+    made = tomllib.loads((project.folder / "ref" / "reference.toml").read_text())
+    assert made["git"] == {"dirty": True}
+    assert made["command"] == (
+        f"rightofway {' '.join(update)} --allow-dirty --allow-failures --workers 1"
+    )
+
+
 # --- without running -------------------------------------------------------------------------
 
 
@@ -269,6 +299,39 @@ def test_other_figures_are_compared_on_request(call: Call, tmp_path: Path) -> No
     assert call("regress --reference ref --records less")[0] == 0
     code, out, _ = call(f"{line} throughput --metric average_waiting_time")
     assert (code, "1 worse, 1 unchanged" in out) == (1, True)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (
+            "reference update --suite smoke.toml --out ref --allow-dirty",
+            "stopped; ref is as it was",
+        ),
+        ("regress --reference ref --out new", "stopped after 1 of 8 episodes, no verdict"),
+    ],
+)
+def test_ctrl_c_leaves_the_reference_and_ends_in_exit_code_130(
+    call: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, words: str
+) -> None:
+    (one,) = runs([20.0], controller="traffic-light", rate=None)
+
+    def interrupted(*_: object) -> Iterator[Record]:
+        yield one
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("benchmark.suite.run_all", interrupted)
+    suite = {"scenarios": ["smoke/tee"], "controllers": ["traffic-light"], "seeds": 8}
+    (tmp_path / "smoke.toml").write_text(tomli_w.dumps(suite))
+    hashes = {"scenario": "smoke/tee", "scenario_hash": smoke("tee").hash}
+    records = runs(BASE, controller="traffic-light", rate=None, **hashes)
+    reference.write(tmp_path / "ref", records, MADE)
+    before = held(tmp_path / "ref")
+    code, out, err = call(line)
+    assert (code, out) == (130, "")
+    assert words in err
+    assert held(tmp_path / "ref") == before
+    assert not list(tmp_path.glob(".ref*"))
 
 
 def test_another_sumo_is_told(call: Call, tmp_path: Path) -> None:

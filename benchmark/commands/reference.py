@@ -57,8 +57,12 @@ def update(
     state = _git_state(out, allow_dirty)
     runner.prepare(chosen)
     records: list[Record] = []
-    with closing(progress.run_all(chosen, workers or os.cpu_count() or 1)) as running:
-        records += running
+    try:
+        with closing(progress.run_all(chosen, workers or os.cpu_count() or 1)) as running:
+            records += running
+    except KeyboardInterrupt:
+        console.notice(f"stopped; {out} is as it was")
+        raise
     report_failures(records)
     failed = sum(record.status not in ("ok", "skipped") for record in records)
     if failed and not allow_failures:

@@ -183,11 +183,15 @@ def _run_again(
     new: list[Record] = []
     if not planned.episodes:
         return new, planned.incomparable
-    with closing(progress.run_all(planned.episodes, workers or os.cpu_count() or 1)) as running:
-        for record in running:
-            new.append(record)
-            if store is not None:
-                store.append(record)
+    try:
+        with closing(progress.run_all(planned.episodes, workers or os.cpu_count() or 1)) as running:
+            for record in running:
+                new.append(record)
+                if store is not None:
+                    store.append(record)
+    except KeyboardInterrupt:
+        console.notice(f"stopped after {len(new)} of {len(planned.episodes)} episodes, no verdict")
+        raise
     return new, planned.incomparable
 
 
