@@ -117,7 +117,7 @@ def compare(
         cell = cells.setdefault((*_place(old), old.scenario_hash), _Cell(old))
         cell.pairs[old.seed] = (old, newest.get(old.episode, by_content.get(_content(old))))
     rows: list[Row] = []
-    for cell in cells.values():
+    for _, cell in sorted(cells.items(), key=lambda one: str(one[0])):
         known = (incomparable or {}).get((cell.first.scenario, cell.first.scenario_hash))
         if gap := cell.gap(known, hashes.get(_place(cell.first))):
             rows += [Row(*_place(cell.first), column, gap[0], remark=gap[1]) for column in columns]

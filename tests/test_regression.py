@@ -321,6 +321,16 @@ def test_each_junction_and_figure_has_a_row() -> None:
     ]
 
 
+def test_scenarios_of_one_name_and_several_hashes_stay_apart() -> None:
+    old = [*runs(BASE, scenario_hash="b" * 64), *runs(BASE)]
+    new = [*runs(scaled(2), scenario_hash="b" * 64), *runs(BASE)]
+    found = compared(old, new)
+    assert [row.verdict for row in found.rows] == [Verdict.WORSE, Verdict.UNCHANGED]
+    assert compared(old[::-1], new[::-1]) == found
+    apart = compared(old, runs(BASE))
+    assert [row.verdict for row in apart.rows] == [Verdict.NOT_COMPARABLE, Verdict.UNCHANGED]
+
+
 def test_nothing_against_nothing_is_nothing_to_compare() -> None:
     assert compared([], runs(BASE)).rows == ()
     assert compared([], []).exit_code == 2
