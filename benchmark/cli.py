@@ -14,6 +14,8 @@ from benchmark.commands.check import check
 from benchmark.commands.new import new
 from benchmark.commands.paper import paper
 from benchmark.commands.records import capacity, leaderboard
+from benchmark.commands.reference import app as reference
+from benchmark.commands.regress import regress
 from benchmark.commands.run import LARGEST_SEED, run
 from benchmark.errors import RightOfWayError, UsageError
 from benchmark.learning.command import train
@@ -140,6 +142,8 @@ app.command()(run)
 app.command()(leaderboard)
 app.command()(capacity)
 app.command()(paper)
+app.command()(regress)
+app.add_typer(reference)
 
 
 @app.command()

@@ -22,6 +22,7 @@ class Column:
     digits: int
     get: Getter
     brief: bool = True  # whether it is in the tables for people, not only in CSV and JSON
+    more_is_better: bool = False
 
 
 COLUMNS = (
@@ -46,7 +47,10 @@ COLUMNS = (
     Column("travel_time", "travel time", "s", 1, lambda j, t: t.travel_time),
     Column("insertion_delay", "insertion delay", "s", 1, lambda j, t: t.insertion_delay),
     Column("never_inserted", "never inserted", "veh", 1, lambda j, t: t.never_inserted, False),
-    Column("throughput", "throughput", "veh/h", 0, lambda j, t: j.throughput),
+    Column(
+        *("throughput", "throughput", "veh/h", 0, lambda j, t: j.throughput),
+        more_is_better=True,
+    ),
     Column("collisions", "collisions", "pairs", 1, lambda j, t: t.collisions),
     Column("collisions_with_robot", "with an RV", "pairs", 1, lambda j, t: t.collisions_with_robot),
     Column(

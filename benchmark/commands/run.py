@@ -2,12 +2,13 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console
+from benchmark.commands import console, progress
 from benchmark.commands.records import print_leaderboard, write_leaderboard
 from benchmark.errors import UsageError
 
@@ -72,7 +73,7 @@ def run(
     rows = leaderboard.rows(store.read())
     write_leaderboard(rows, out)
     print_leaderboard(rows, out)
-    _report_failures(records)
+    report_failures(records)
     if any(record.status not in ("ok", "skipped") for record in records):
         raise typer.Exit(1)
 
@@ -118,26 +119,12 @@ def _usable_controllers() -> list[str]:
 
 
 def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store") -> "list[Record]":
-    from rich import progress
-
-    from benchmark import suite
-
     records = []
-    columns = (
-        progress.TextColumn("{task.completed}/{task.total} episodes"),
-        progress.BarColumn(),
-        progress.TaskProgressColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-    )
     try:
-        with progress.Progress(*columns, console=console.stderr()) as bar:
-            task = bar.add_task("", total=len(chosen))
-            for record in suite.run_all(chosen, workers):
+        with closing(progress.run_all(chosen, workers)) as running:
+            for record in running:
                 store.append(record)
                 records.append(record)
-                bar.advance(task)
     except KeyboardInterrupt:
         console.notice(
             f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
@@ -147,7 +134,7 @@ def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store"
     return records
 
 
-def _report_failures(records: "Sequence[Record]") -> None:
+def report_failures(records: "Sequence[Record]") -> None:
     """Name each kind of failure once, with an episode that shows it."""
     seen: dict[tuple[str, str, str], list[Record]] = {}
     for record in records:

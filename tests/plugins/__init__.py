@@ -1,18 +1,18 @@
-"""Installs the test controllers of ``hostile/`` without a network, as pip would lay them out."""
+"""Installs the test controllers beside this file without a network, as pip would lay them out."""
 
 import shutil
 import tomllib
 from pathlib import Path
 
-HOSTILE = Path(__file__).parent / "hostile"
+HERE = Path(__file__).parent
 
 
-def install(target: Path) -> Path:
-    """Put the package ``hostile`` into a folder for PYTHONPATH, with its entry points."""
-    project = tomllib.loads((HOSTILE / "pyproject.toml").read_text())["project"]
+def install(target: Path, package: str = "hostile") -> Path:
+    """Put a package of this folder into a folder for PYTHONPATH, with its entry points."""
+    project = tomllib.loads((HERE / package / "pyproject.toml").read_text())["project"]
     info = target / f"{project['name']}-{project['version']}.dist-info"
     info.mkdir(parents=True)
-    shutil.copy(HOSTILE / "hostile.py", target)
+    shutil.copy(HERE / package / f"{package}.py", target)
     head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
     (info / "METADATA").write_text(head)
     lines = [
