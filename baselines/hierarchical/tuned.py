@@ -11,6 +11,9 @@ from benchmark.controller import Command
 from benchmark.intersection import Intersection
 from benchmark.state import TrafficState, Vehicle
 
+BRAKING = 1.0
+"""With which refused RVs brake [m/s2]; waited less than ``time-windows`` on validation seeds."""
+
 
 class HierarchicalTuned(Hierarchy):
     """The same idea with time windows on top and a local low level all over the control zone.
@@ -27,7 +30,7 @@ class HierarchicalTuned(Hierarchy):
 
     NAME = "hierarchical-tuned"
     SIZE = SIZE
-    MEDIAN = 1
+    MEDIAN = 3
     arbitration = "own"
 
     def __init__(
@@ -39,7 +42,7 @@ class HierarchicalTuned(Hierarchy):
         weights: Path | None = None,
     ) -> None:
         super().__init__(low=low, lateral=lateral, training=training, weights=weights)
-        self._windows = TimeWindows()
+        self._windows = TimeWindows(braking=BRAKING)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection and forget what flowed."""
