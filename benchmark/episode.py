@@ -3,11 +3,15 @@
 import platform
 import time as clock
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Literal
 
 from benchmark import __version__, naming, needs, plugins, sumo_tools
 from benchmark.guard import ControllerFailedError, Guard
+from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.isolation.remote import Remote, RemoteGuard, isolated
+from benchmark.plugins import Plugin
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
 from benchmark.world import World
@@ -21,6 +25,8 @@ class Episode:
     controller: str  # its reference, as ``benchmark.plugins.find`` reads it in any process
     rate: float | None  # None where the controller commands no vehicle
     seed: int
+    isolate: bool | None = None  # None: what is not installed runs in a process of its own
+    limits: Limits = DEFAULT  # of an isolated controller
 
     @property
     def label(self) -> str:
@@ -65,25 +71,41 @@ def run(episode: Episode, *, window: bool = False) -> Record:
         RightOfWayError: the scenario itself cannot be run.
     """
     began = clock.perf_counter()
-    plugin = plugins.find(episode.controller)
-    kind = plugin.kind
-    facts = {
-        "rules": kind.rules,
-        "arbitration": kind.arbitration if kind.rules == "robot vehicles" else None,
-    }
-    if reason := needs.unmet(kind, episode.scenario, episode.rate):
-        return episode.record("skipped", reason=reason, **facts)
+    facts: dict[str, object] = {}
     try:
-        controllers = Guard(plugin, episode.scenario)
-        if reason := controllers.unsupported:
-            return episode.record("skipped", reason=reason, **facts)
-        found = _record(episode, controllers, facts, window=window)
+        with opened(episode) as plugin:
+            kind = plugin.kind
+            arbitration = kind.arbitration if kind.rules == "robot vehicles" else None
+            facts |= {"rules": kind.rules, "arbitration": arbitration}
+            if reason := needs.unmet(kind, episode.scenario, episode.rate):
+                return episode.record("skipped", reason=reason, **facts)
+            controllers = guard(plugin, episode.scenario)
+            if reason := controllers.unsupported:
+                return episode.record("skipped", reason=reason, **facts)
+            found = _record(episode, controllers, facts, window=window)
     except ControllerFailedError as fault:
-        found = episode.record("failed", reason=str(fault), **facts)
+        found = episode.record(fault.status, reason=str(fault), **facts)
     return found.model_copy(update={"wall_time": round(clock.perf_counter() - began, 3)})
 
 
-def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> World:
+def opened(episode: Episode) -> AbstractContextManager[Plugin | Remote]:
+    """An episode's controller, here or in a process of its own that ends with the context.
+
+    Raises:
+        ControllerError: there is no such controller.
+        ControllerFailedError: it fails in its own process.
+    """
+    if isolated(episode.controller, episode.isolate):
+        return Remote(episode.controller, episode.limits)
+    return nullcontext(plugins.find(episode.controller))
+
+
+def guard(plugin: Plugin | Remote, scenario: Scenario) -> Guard | RemoteGuard:
+    """What asks a controller on a scenario, wherever it runs."""
+    return plugin.guard(scenario) if isinstance(plugin, Remote) else Guard(plugin, scenario)
+
+
+def world_of(episode: Episode, controllers: Guard | RemoteGuard, *, window: bool = False) -> World:
     """The world of an episode, built, and its controllers told where they are.
 
     Args:
@@ -101,12 +123,17 @@ def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> W
         arbitration=kind.arbitration if kind.rules == "robot vehicles" else "own",
         window=window,
     )
-    controllers.reset({name: site.junction for name, site in world.sites.items()}, episode.seed)
+    intersections = {name: site.junction.intersection for name, site in world.sites.items()}
+    controllers.reset(intersections, episode.seed)
     return world
 
 
 def _record(
-    episode: Episode, controllers: Guard, facts: Mapping[str, object], *, window: bool
+    episode: Episode,
+    controllers: Guard | RemoteGuard,
+    facts: Mapping[str, object],
+    *,
+    window: bool,
 ) -> Record:
     world = world_of(episode, controllers, window=window)
     with world:

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from benchmark import plugins
-from benchmark.episode import Episode, world_of
+from benchmark.episode import Episode, guard, opened, world_of
 from benchmark.errors import ControllerError
 from benchmark.guard import ControllerFailedError, Guard
+from benchmark.isolation.remote import RemoteGuard
 from benchmark.state import TrafficState
 
 
@@ -89,15 +89,16 @@ def in_episode(episode: Episode) -> list[LaneChange]:
     """
     where = f"{episode.label} on {episode.scenario.name}"
     try:
-        controllers = Guard(plugins.find(episode.controller), episode.scenario)
-        if controllers.unsupported:
-            raise ControllerError(f"{where}: {controllers.unsupported}")
-        return _watched(episode, controllers)
+        with opened(episode) as plugin:
+            controllers = guard(plugin, episode.scenario)
+            if controllers.unsupported:
+                raise ControllerError(f"{where}: {controllers.unsupported}")
+            return _watched(episode, controllers)
     except ControllerFailedError as fault:
         raise ControllerError(f"{where}: {fault}") from fault
 
 
-def _watched(episode: Episode, controllers: Guard) -> list[LaneChange]:
+def _watched(episode: Episode, controllers: Guard | RemoteGuard) -> list[LaneChange]:
     world = world_of(episode, controllers)
     searches = {name: Search() for name in world.sites}
     asked: dict[str, Mapping[str, int]] = {name: {} for name in world.sites}

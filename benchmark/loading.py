@@ -4,10 +4,12 @@ import hashlib
 import importlib
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, packages_distributions, version
+from itertools import accumulate
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -153,13 +155,30 @@ def origin_of_file(path: Path) -> str:
         return path.name
 
 
-@cache
 def origin_of_module(module: str) -> str:
     """The distribution and version that a module comes from; without one, its file's hash."""
-    if names := packages_distributions().get(module.partition(".")[0]):
+    if names := _distributions().get(module.partition(".")[0]):
         return f"{names[0]} {version(names[0])}"
-    path = getattr(sys.modules.get(module), "__file__", None)
+    path = getattr(sys.modules.get(module), "__file__", None) or _located(module)
     return origin_of_file(Path(path)) if path else "unknown"
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    return packages_distributions()
+
+
+def _located(module: str) -> str | None:
+    """The file of a module that has not been imported, nor what contains it."""
+    *packages, _ = accumulate(module.split("."), "{}.{}".format)
+    folders: Sequence[str] | None = None
+    for package in packages:
+        spec = PathFinder.find_spec(package, folders)
+        if spec is None or spec.submodule_search_locations is None:
+            return None
+        folders = list(spec.submodule_search_locations)
+    spec = PathFinder.find_spec(module, folders)
+    return spec.origin if spec else None
 
 
 def _sha256(content: bytes) -> str:

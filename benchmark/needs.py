@@ -2,14 +2,38 @@
 
 from collections.abc import Collection, Iterator
 from numbers import Real
+from typing import Literal, Protocol
 
-from benchmark.controller import Controller
 from benchmark.scenario import Scenario
 
 CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
 
 
-def unmet(kind: type[Controller], scenario: Scenario, rate: float | None) -> str | None:
+class Declares(Protocol):
+    """What a controller's class says of itself; see ``benchmark.controller.Controller``."""
+
+    @property
+    def rules(self) -> Literal["signals", "robot vehicles"]:
+        """What rules the intersection."""
+
+    @property
+    def arbitration(self) -> Literal["flexible", "own"]:
+        """Who arbitrates conflicts."""
+
+    @property
+    def needs_robot_vehicles(self) -> bool:
+        """Whether it commands vehicles."""
+
+    @property
+    def rates(self) -> tuple[float, float]:
+        """The least and the greatest penetration rate."""
+
+    @property
+    def approaches(self) -> Collection[int] | None:
+        """The numbers of approaches it can steer; None: any."""
+
+
+def unmet(kind: Declares, scenario: Scenario, rate: float | None) -> str | None:
     """Why a scenario at a penetration rate is none for a controller; None if it is.
 
     Signals are for ``Controller.supports`` to ask for, as a controller may bring its own program.
@@ -23,7 +47,7 @@ def unmet(kind: type[Controller], scenario: Scenario, rate: float | None) -> str
     return None
 
 
-def mistake(kind: type[Controller]) -> str | None:
+def mistake(kind: Declares) -> str | None:
     """What is wrong with a controller's declarations; None if nothing is."""
     for key, choices in CHOICES.items():
         if (value := getattr(kind, key)) not in choices:
@@ -35,12 +59,12 @@ def mistake(kind: type[Controller]) -> str | None:
     return None
 
 
-def declared(kind: type[Controller]) -> str:
+def declared(kind: Declares) -> str:
     """What a controller declares, in words."""
     return "; ".join(_declared(kind))
 
 
-def _declared(kind: type[Controller]) -> Iterator[str]:
+def _declared(kind: Declares) -> Iterator[str]:
     if kind.rules == "signals":
         yield "lights on"
     else:
@@ -50,7 +74,7 @@ def _declared(kind: type[Controller]) -> Iterator[str]:
     yield f"{numbers} approaches"
 
 
-def _span(kind: type[Controller]) -> str:
+def _span(kind: Declares) -> str:
     return f"{100 * kind.rates[0]:g} to {100 * kind.rates[1]:g} %"
 
 

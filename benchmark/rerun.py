@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from benchmark import catalogue, plugins
+from benchmark import catalogue
 from benchmark.episode import Episode
 from benchmark.errors import ControllerError
+from benchmark.isolation.remote import look
 from benchmark.record import Record
 from benchmark.scenario import Scenario, load
 
@@ -47,7 +48,7 @@ def plan(records: Iterable[Record], given: Sequence[Scenario]) -> Rerun:
 
 def _require(controller: str) -> None:
     try:
-        plugins.find(controller)
+        look(controller)
     except ControllerError as error:
         raise ControllerError(
             f"the reference has episodes of {controller}, but {error}\ninstall it, compare others "

@@ -7,8 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, PositiveInt, PrivateAttr, ValidationError
 
-from benchmark import catalogue, naming, plugins, toml_file
+from benchmark import catalogue, naming, toml_file
 from benchmark.errors import ControllerError, RightOfWayError, SuiteError, UsageError
+from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.isolation.remote import look
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import Share, Table
 from benchmark.validation import explain
@@ -64,8 +66,15 @@ class Suite(Table):
         except RightOfWayError as error:
             raise SuiteError(f"{self._path}: scenarios: {error}") from error
 
-    def checked_controllers(self) -> list[str]:
+    def checked_controllers(
+        self, isolate: bool | None = None, limits: Limits = DEFAULT
+    ) -> list[str]:
         """The controllers, every one of which is there and takes its options.
+
+        Args:
+            isolate: whether they are imported in processes of their own; None: what is not
+                installed is.
+            limits: of time and memory where they are.
 
         Raises:
             SuiteError: one of them is not, or does not.
@@ -73,7 +82,7 @@ class Suite(Table):
         found = []
         for index, one in enumerate(self.controllers):
             try:
-                found.append(plugins.find(one, self._path.parent).reference)
+                found.append(look(one, isolate, limits, self._path.parent).reference)
             except RightOfWayError as error:
                 raise SuiteError(f"{self._path}: controllers[{index}]: {error}") from error
         return found

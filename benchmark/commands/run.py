@@ -11,6 +11,7 @@ import typer
 from benchmark.commands import console, progress
 from benchmark.commands.records import print_leaderboard, write_leaderboard
 from benchmark.errors import UsageError
+from benchmark.isolation.limits import Limits
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
@@ -53,6 +54,25 @@ def run(
         int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
+    isolate: Annotated[
+        bool | None,
+        typer.Option(
+            "--isolate/--no-isolate",
+            help="Controllers in processes of their own; default: those that are not installed.",
+        ),
+    ] = None,
+    step_limit: Annotated[
+        float, typer.Option(min=0.001, help="Isolated: wall time for an answer [s].")
+    ] = Limits.step,
+    start_limit: Annotated[
+        float, typer.Option(min=0.001, help="Isolated: wall time to import, and to reset [s].")
+    ] = Limits.start,
+    answers_limit: Annotated[
+        float, typer.Option(min=0.001, help="Isolated: wall time for an episode's answers [s].")
+    ] = Limits.episode,
+    memory_limit: Annotated[
+        int, typer.Option(min=256, help="Isolated: address space [MB].")
+    ] = Limits.memory,
 ) -> None:
     """Run episodes, append their records and print the leaderboard."""
     from benchmark import leaderboard, suite
@@ -66,7 +86,10 @@ def run(
         controller or [],
         rate or [],
         seed or range(1, (seeds or 0) + 1),
+        isolate,
+        Limits(step_limit, start_limit, answers_limit, memory_limit),
     )
+    _say_what_isolation_lacks(chosen)
     store.prepare()
     suite.prepare(chosen)
     records = _run_with_progress(chosen, workers or os.cpu_count() or 1, store)
@@ -83,6 +106,8 @@ def _chosen(
     controllers: Sequence[str],
     rates: Sequence[float],
     seeds: Sequence[int],
+    isolate: bool | None,
+    limits: Limits,
 ) -> "list[Episode]":
     """The episodes that were asked for; what was left open is the suite's, or the default."""
     from benchmark import catalogue, suite, suite_file
@@ -90,27 +115,43 @@ def _chosen(
     declared = suite_file.find(references)
     if declared is None:
         scenarios = catalogue.find(references, also=suite_file.shipped())
-        controllers = controllers or _usable_controllers()
+        controllers = controllers or _usable_controllers(isolate, limits)
     else:
         scenarios = declared.load_scenarios()
-        controllers = controllers or declared.checked_controllers()
+        controllers = controllers or declared.checked_controllers(isolate, limits)
         rates = rates or declared.rates or ()
         seeds = seeds or range(1, (declared.seeds or 0) + 1)
     once = dict.fromkeys
     return suite.episodes(
-        scenarios, list(once(controllers)), list(once(rates)) or None, list(once(seeds)) or None
+        scenarios,
+        list(once(controllers)),
+        list(once(rates)) or None,
+        list(once(seeds)) or None,
+        isolate=isolate,
+        limits=limits,
     )
 
 
-def _usable_controllers() -> list[str]:
+def _say_what_isolation_lacks(chosen: "Sequence[Episode]") -> None:
+    """Name what an isolated controller can do on this system all the same."""
+    from benchmark.isolation import sandbox
+    from benchmark.isolation.remote import isolated
+
+    if any(isolated(one.controller, one.isolate) for one in chosen):
+        for deed in sandbox.missing():
+            console.notice(f"on this system isolated controllers can {deed}")
+
+
+def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
     """All installed controllers but those that cannot be loaded, which are named."""
     from benchmark import plugins
     from benchmark.errors import ControllerError
+    from benchmark.isolation.remote import look
 
     usable = []
     for name in plugins.discovered():
         try:
-            plugins.load(name)
+            look(name, isolate, limits)
         except ControllerError as error:
             console.notice(f"{error}; left out")
         else:

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmark.controller import Command, Controller
 from benchmark.episode import Episode, world_of
-from benchmark.guard import FAULTS, ControllerFailedError, Guard
+from benchmark.guard import FAULTS, Guard, raised
 from benchmark.intersection import Intersection
 from benchmark.plugins import Plugin
 from benchmark.scenario import Scenario
@@ -162,4 +162,4 @@ def blaming(who: str) -> Iterator[None]:
     try:
         yield
     except FAULTS as error:
-        raise ControllerFailedError(who, error) from error
+        raise raised(who, error) from error
