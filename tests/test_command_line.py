@@ -236,6 +236,23 @@ def test_the_leaderboard_comes_in_every_format_without_sumo(
     assert r"\end{tabular}" in latex
 
 
+def test_the_leaderboard_leaves_variants_out_on_request(
+    command: Command, results: Path, tmp_path: Path
+) -> None:
+    (source,) = (results / "records").glob("*.jsonl")
+    target = tmp_path / "records" / source.name
+    target.parent.mkdir()
+    name, variant = '"virtual-signal"', '"virtual-signal?green=15"'
+    target.write_text(source.read_text() + source.read_text().replace(name, variant))
+
+    def controllers(option: str) -> set[str]:
+        shown = command("leaderboard", "--records", tmp_path, "--format", "csv", option).stdout
+        return {one["controller"] for one in csv.DictReader(io.StringIO(shown))}
+
+    assert controllers("--no-variants") == {"traffic-light", "virtual-signal"}
+    assert controllers("--variants") == {*controllers("--no-variants"), "virtual-signal?green=15"}
+
+
 def test_the_leaderboard_takes_the_records_folder_too(command: Command, results: Path) -> None:
     both = [command("leaderboard", "--records", one) for one in (results, results / "records")]
     assert both[0].stdout == both[1].stdout != ""

@@ -67,9 +67,9 @@ def test_the_leaderboard_files_follow_from_the_records(folder: str, target: str)
 
 
 def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) -> None:
-    shown = tables.summary(rows, 0.6)
+    shown = tables.summary([row for row in rows if "?" not in row.controller], 0.6)
     assert shown in (ROOT / "README.md").read_text("utf-8"), (
-        "paste the output of `rightofway leaderboard --records results --rate 0.6`"
+        "paste the output of `rightofway leaderboard --records results --rate 0.6 --no-variants`"
     )
 
 
