@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint bench results ablations capacity clean
+.PHONY: run test lint bench results reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -37,6 +37,10 @@ results: .venv/installed
 	rm -f results/records/*.jsonl
 	$(BIN)/rightofway run colorado-springs --seeds 20 --out results \
 	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
+
+# What the regression check compares with; commit first, as it names the commit.
+reference: .venv/installed
+	$(BIN)/rightofway reference update
 
 # What each part of time windows is worth; docs/time-windows.md says what the variants are.
 VARIANTS := growth=0&after=1.4&before=2.0 later_slots=0 stretches=movements spread=false

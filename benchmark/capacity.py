@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from benchmark.record import Record
+from benchmark.record import Record, told_apart
 
 JAMMED = 2 / 3  # of the demand; where fewer get through, the intersection has jammed
 
@@ -35,7 +35,7 @@ class Curve:
 
 def curves(records: Iterable[Record]) -> list[Curve]:
     """The curves of all scenarios that were run at demands of their own, as in ``334@700``."""
-    newest = {record.episode: record for record in records if record.status == "ok"}
+    newest = {one.episode: one for one in told_apart(records) if one.status == "ok"}
     cells: dict[tuple[str, str, float | None], dict[float, list[bool]]] = defaultdict(
         lambda: defaultdict(list)
     )

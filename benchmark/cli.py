@@ -10,7 +10,12 @@ import typer
 
 from benchmark import __version__
 from benchmark.commands import console
+from benchmark.commands.check import check
+from benchmark.commands.new import new
+from benchmark.commands.paper import paper
 from benchmark.commands.records import capacity, leaderboard
+from benchmark.commands.reference import app as reference
+from benchmark.commands.regress import regress
 from benchmark.commands.replay import replay
 from benchmark.commands.run import LARGEST_SEED, run
 from benchmark.commands.submission import submit, verify
@@ -96,41 +101,7 @@ def list_() -> None:
         console.stdout().print(table)
 
 
-@app.command()
-def check(
-    scenario: Annotated[
-        list[str], typer.Argument(metavar="SCENARIO...", help="Files, folders or shipped names.")
-    ],
-) -> None:
-    """Validate scenarios, build and route them, and say what is wrong.
-
-    Lines that begin with ! are findings; what cannot run at all is an error with exit code 2.
-    """
-    from rich.table import Table
-
-    from benchmark import catalogue
-    from benchmark.inspection import inspect
-
-    for one in catalogue.find(scenario):
-        found = inspect(one)
-        table = Table(
-            *("movement", "veh (counts)", "veh (routes)", "share (counts)", "share (routes)"),
-            "saturation",
-            title=f"{one.name} {one.hash[:12]}, network {found.network_hash[:12]}",
-            title_justify="left",
-        )
-        for share in found.shares:
-            degree = found.saturation.get(share.movement)
-            table.add_row(
-                *(share.movement, f"{share.expected_vehicles:.0f}", str(share.vehicles)),
-                *(f"{share.wanted:.1%}", f"{share.realised:.1%}"),
-                "-" if degree is None else f"{degree:.2f}",
-            )
-        console.stdout().print(table)
-        for finding in found.findings:
-            console.stdout().print(f"[yellow]![/] {console.literal(finding)}", soft_wrap=True)
-        count = len(found.findings)
-        console.stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
+app.command()(check)
 
 
 @app.command()
@@ -168,9 +139,13 @@ def signal(scenario: OneScenario) -> None:
     typer.echo(tomli_w.dumps({"signal": {"kind": proposed.kind, **document}}), nl=False)
 
 
+app.add_typer(new)
 app.command()(run)
 app.command()(leaderboard)
 app.command()(capacity)
+app.command()(paper)
+app.command()(regress)
+app.add_typer(reference)
 app.command()(replay)
 app.command()(submit)
 app.command()(verify)
@@ -179,7 +154,7 @@ app.command()(verify)
 @app.command()
 def watch(
     scenario: OneScenario,
-    controller: Annotated[str, typer.Option(help="NAME or NAME?option=value.")],
+    controller: Annotated[str, typer.Option(help="NAME or file.py:Class; NAME?option=value.")],
     rate: Annotated[float, typer.Option(min=0, max=1, help="Penetration rate.")] = 0.5,
     seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED)] = 1,
 ) -> None:

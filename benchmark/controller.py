@@ -1,7 +1,7 @@
 """The contract: what a controller is and the commands it may give."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -54,8 +54,13 @@ Command = Go | Stop | Drive | Phase
 class Controller(ABC):
     """Steers one intersection through one episode at a time.
 
-    A controller is found by its entry point in the group ``rightofway.controllers``; the first
-    line of its docstring describes it in tables. It is constructed without arguments.
+    A controller is found by its entry point in the group ``rightofway.controllers``, or in a file
+    or module as ``file.py:Class``; the first line of its docstring describes it in tables. The
+    keyword arguments of its constructor are its options, all with defaults.
+
+    What it needs it declares: whether signals rule (``rules``), and where it can be run
+    (``rates``, ``approaches``). Elsewhere it is skipped, and the record says why; ``supports`` is
+    for reasons beyond these.
     """
 
     rules: ClassVar[Literal["signals", "robot vehicles"]] = "robot vehicles"
@@ -66,6 +71,12 @@ class Controller(ABC):
 
     needs_robot_vehicles: ClassVar[bool] = True
     """False: it commands no vehicle, so it is run once for all penetration rates, with no RVs."""
+
+    rates: ClassVar[tuple[float, float]] = (0.0, 1.0)
+    """The least and the greatest penetration rate it is made for."""
+
+    approaches: ClassVar[Collection[int] | None] = None
+    """How many approaches it can steer, as in ``{3, 4}``; None: any number."""
 
     weights_hash: str | None = None
     """SHA-256 of learned weights, for the record."""

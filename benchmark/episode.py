@@ -2,13 +2,17 @@
 
 import platform
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
-from benchmark import __version__, plugins, sumo_tools
+from benchmark import __version__, naming, needs, plugins, sumo_tools
 from benchmark.actions import Recording
 from benchmark.guard import ControllerFailedError, Guard
+from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.isolation.remote import Remote, RemoteGuard, isolated
 from benchmark.plugins import Plugin
 from benchmark.record import Record, Versions
 from benchmark.scenario import Scenario
@@ -20,9 +24,16 @@ class Episode:
     """What is to be run."""
 
     scenario: Scenario
-    controller: str  # its name, with options as ``benchmark.plugins.find`` reads them
+    controller: str  # its reference, as ``benchmark.plugins.find`` reads it in any process
     rate: float | None  # None where the controller commands no vehicle
     seed: int
+    isolate: bool | None = None  # None: what is not installed runs in a process of its own
+    limits: Limits = DEFAULT  # of an isolated controller
+
+    @property
+    def label(self) -> str:
+        """The controller as records and messages name it: a file without its folder."""
+        return naming.label(self.controller)
 
     def record(
         self,
@@ -33,11 +44,12 @@ class Episode:
         return Record.model_validate(
             {
                 "scenario": self.scenario.name,
-                "controller": self.controller,
+                "controller": self.label,
                 "rate": self.rate,
                 "seed": self.seed,
                 "status": status,
                 "scenario_hash": self.scenario.hash,
+                "controller_from": plugins.provenance(self.controller),
                 "versions": Versions(
                     rightofway=__version__,
                     sumo=sumo_tools.sumo_version(),
@@ -61,45 +73,68 @@ def run(episode: Episode, *, window: bool = False, recording: Recording | None =
     Raises:
         RightOfWayError: the scenario itself cannot be run.
     """
-    plugin, source = plugins.find(episode.controller), plugins.provenance(episode.controller)
-    return run_plugin(episode, plugin, source, window=window, recording=recording)
+    return run_with(partial(opened, episode), episode, window=window, recording=recording)
 
 
-def run_plugin(
+Opening = Callable[[], AbstractContextManager[Plugin | Remote]]
+"""Opens a controller, here or elsewhere."""
+
+
+def run_with(
+    opening: Opening,
     episode: Episode,
-    plugin: Plugin,
-    source: str | None,
     *,
+    source: str | None = None,
     window: bool = False,
     recording: Recording | None = None,
 ) -> Record:
-    """Run an episode under a controller that was found before; otherwise as ``run``.
+    """Run an episode under a controller that is not found by its name; otherwise as ``run``.
 
     Args:
+        opening: opens the controller.
         episode: what to run.
-        plugin: the controller.
-        source: the distribution it comes from, for the record.
+        source: where the controller comes from, for the record; None looks its name up.
         window: show it in sumo-gui.
         recording: is told what the controller commands.
     """
     began = clock.perf_counter()
-    kind = plugin.kind
-    facts = {
-        "rules": kind.rules,
-        "arbitration": kind.arbitration if kind.rules == "robot vehicles" else None,
-        "controller_from": source,
-    }
+    facts: dict[str, object] = {"controller_from": source} if source else {}
     try:
-        controllers = Guard(plugin, episode.scenario)
-        if reason := controllers.unsupported:
-            return episode.record("skipped", reason=reason, **facts)
-        found = _record(episode, controllers, facts, window=window, recording=recording)
-    except (ControllerFailedError, MeddlingError) as fault:
+        with opening() as plugin:
+            kind = plugin.kind
+            arbitration = kind.arbitration if kind.rules == "robot vehicles" else None
+            facts |= {"rules": kind.rules, "arbitration": arbitration}
+            if reason := needs.unmet(kind, episode.scenario, episode.rate):
+                return episode.record("skipped", reason=reason, **facts)
+            controllers = guard(plugin, episode.scenario)
+            if reason := controllers.unsupported:
+                return episode.record("skipped", reason=reason, **facts)
+            found = _record(episode, controllers, facts, window=window, recording=recording)
+    except ControllerFailedError as fault:
+        found = episode.record(fault.status, reason=str(fault), **facts)
+    except MeddlingError as fault:
         found = episode.record("failed", reason=str(fault), **facts)
     return found.model_copy(update={"wall_time": round(clock.perf_counter() - began, 3)})
 
 
-def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> World:
+def opened(episode: Episode) -> AbstractContextManager[Plugin | Remote]:
+    """An episode's controller, here or in a process of its own that ends with the context.
+
+    Raises:
+        ControllerError: there is no such controller.
+        ControllerFailedError: it fails in its own process.
+    """
+    if isolated(episode.controller, episode.isolate):
+        return Remote(episode.controller, episode.limits)
+    return nullcontext(plugins.find(episode.controller))
+
+
+def guard(plugin: Plugin | Remote, scenario: Scenario) -> Guard | RemoteGuard:
+    """What asks a controller on a scenario, wherever it runs."""
+    return plugin.guard(scenario) if isinstance(plugin, Remote) else Guard(plugin, scenario)
+
+
+def world_of(episode: Episode, controllers: Guard | RemoteGuard, *, window: bool = False) -> World:
     """The world of an episode, built, and its controllers told where they are.
 
     Args:
@@ -112,18 +147,19 @@ def world_of(episode: Episode, controllers: Guard, *, window: bool = False) -> W
         episode.scenario,
         episode.rate or 0.0,
         episode.seed,
-        controller=episode.controller,
+        controller=episode.label,
         signal=controllers.signal,
         arbitration=kind.arbitration if kind.rules == "robot vehicles" else "own",
         window=window,
     )
-    controllers.reset({name: site.junction for name, site in world.sites.items()}, episode.seed)
+    intersections = {name: site.junction.intersection for name, site in world.sites.items()}
+    controllers.reset(intersections, episode.seed)
     return world
 
 
 def _record(
     episode: Episode,
-    controllers: Guard,
+    controllers: Guard | RemoteGuard,
     facts: Mapping[str, object],
     *,
     window: bool,

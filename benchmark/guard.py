@@ -2,37 +2,67 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal, Protocol, TypeVar
 
 from pydantic import TypeAdapter
 
-from benchmark.controller import Controller
+from benchmark.controller import Command, Controller
 from benchmark.errors import RightOfWayError
-from benchmark.network import Junction
+from benchmark.intersection import Intersection
 from benchmark.plugins import Plugin
 from benchmark.record import Training
-from benchmark.rules import Orders, Rules
 from benchmark.scenario import Scenario
 from benchmark.state import TrafficState
 
 TRAINED_ON = TypeAdapter(tuple[Training, ...] | None)
 FAULTS = (Exception, SystemExit)  # a controller that exits must not end the whole suite
 
+Decided = TypeVar("Decided", covariant=True)
+
+
+class Decides(Protocol[Decided]):
+    """What makes something of a controller's commands, as ``benchmark.rules.Rules`` does."""
+
+    def decide(self, state: TrafficState, commands: Mapping[str, Command]) -> Decided:
+        """What becomes of the commands; reads them, which may run the controller's code."""
+
 
 class ControllerFailedError(Exception):
-    """A controller raised; carries one line for the record."""
+    """A controller's episode is over.
 
-    def __init__(self, call: str, error: BaseException) -> None:
-        place = ""
-        trace = error.__traceback__
-        while trace is not None:
-            file = Path(trace.tb_frame.f_code.co_filename)
-            place = f" ({file.name}:{trace.tb_lineno})" if file != Path(__file__) else ""
-            trace = trace.tb_next
-        super().__init__(f"{call} raised {type(error).__name__}: {error}{place}")
+    Args:
+        reason: one line for the record.
+        status: the record's.
+    """
+
+    def __init__(
+        self, reason: str, status: Literal["failed", "crashed", "timed out"] = "failed"
+    ) -> None:
+        super().__init__(reason)
+        self.status = status
+
+
+def raised(call: str, error: BaseException) -> ControllerFailedError:
+    """A call to a controller raised an error: which, and where in its files."""
+    place = ""
+    trace = error.__traceback__
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        place = f" ({file.name}:{trace.tb_lineno})" if file != Path(__file__) else ""
+        trace = trace.tb_next
+    return ControllerFailedError(f"{call} raised {type(error).__name__}{_words(error)}{place}")
+
+
+def _words(error: BaseException) -> str:
+    try:
+        words = str(error)
+    except FAULTS:
+        return ", whose message cannot be read"
+    return f": {words}" if words else ""
 
 
 class Guard:
-    """An episode's controller: one object per junction, every call guarded.
+    """An episode's controller in this process: one object per junction, every call guarded.
 
     Args:
         plugin: the controller.
@@ -59,9 +89,8 @@ class Guard:
         except RightOfWayError:
             raise
         except FAULTS as error:
-            raise ControllerFailedError(
-                "supports, signal, weights_hash or trained_on", error
-            ) from error
+            doing = "supports, signal, weights_hash or trained_on"
+            raise raised(doing, error) from error
 
     def _new(self) -> Controller:
         try:
@@ -69,20 +98,20 @@ class Guard:
         except RightOfWayError:
             raise
         except FAULTS as error:
-            raise ControllerFailedError("construction", error) from error
+            raise raised("construction", error) from error
 
-    def reset(self, junctions: Mapping[str, Junction], seed: int) -> None:
+    def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
         """A new episode begins at every junction."""
-        for name, junction in junctions.items():
+        for name, intersection in junctions.items():
             controller = self._by_junction[name] = self._new()
             try:
-                controller.reset(junction.intersection, seed)
+                controller.reset(intersection, seed)
             except FAULTS as error:
-                raise ControllerFailedError("reset", error) from error
+                raise raised("reset", error) from error
 
-    def act(self, junction: str, state: TrafficState, rules: Rules) -> Orders:
-        """A junction's orders for the next step."""
+    def act(self, junction: str, state: TrafficState, rules: Decides[Decided]) -> Decided:
+        """What the rules make of the controller's commands for the next step."""
         try:
             return rules.decide(state, self._by_junction[junction].act(state))
         except FAULTS as error:
-            raise ControllerFailedError(f"act at {state.time:g} s", error) from error
+            raise raised(f"act at {state.time:g} s", error) from error

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from benchmark import plugins
-from benchmark.episode import Episode, world_of
+from benchmark.episode import Episode, guard, opened, world_of
 from benchmark.errors import ControllerError
 from benchmark.guard import ControllerFailedError, Guard
+from benchmark.isolation.remote import RemoteGuard
 from benchmark.state import TrafficState
 
 
@@ -87,17 +87,18 @@ def in_episode(episode: Episode) -> list[LaneChange]:
     Raises:
         RightOfWayError: the scenario cannot be run, or the controller refuses it or fails.
     """
-    where = f"{episode.controller} on {episode.scenario.name}"
+    where = f"{episode.label} on {episode.scenario.name}"
     try:
-        controllers = Guard(plugins.find(episode.controller), episode.scenario)
-        if controllers.unsupported:
-            raise ControllerError(f"{where}: {controllers.unsupported}")
-        return _watched(episode, controllers)
+        with opened(episode) as plugin:
+            controllers = guard(plugin, episode.scenario)
+            if controllers.unsupported:
+                raise ControllerError(f"{where}: {controllers.unsupported}")
+            return _watched(episode, controllers)
     except ControllerFailedError as fault:
         raise ControllerError(f"{where}: {fault}") from fault
 
 
-def _watched(episode: Episode, controllers: Guard) -> list[LaneChange]:
+def _watched(episode: Episode, controllers: Guard | RemoteGuard) -> list[LaneChange]:
     world = world_of(episode, controllers)
     searches = {name: Search() for name in world.sites}
     asked: dict[str, Mapping[str, int]] = {name: {} for name in world.sites}
@@ -147,7 +148,7 @@ def words(episode: Episode, changes: Sequence[LaneChange]) -> str:
     who = "its controller asked for it" if one.told else "it did so by itself, as HVs do"
     return (
         f"At {one.after.time:g} s of {episode.scenario.name} at {100 * (episode.rate or 0):g} % "
-        f"RVs, seed {episode.seed}, under `{episode.controller}`, the RV `{one.vehicle}` leaves "
+        f"RVs, seed {episode.seed}, under `{episode.label}`, the RV `{one.vehicle}` leaves "
         f"the lane `{one.source}`, on which another RV stays, for `{one.target}`, which had none; "
         f"{who}. From then on that lane has an RV for {one.duration:g} s. In this episode "
         f"{len(changes)} RVs changed lanes so, {asked} of them because their controller asked."

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from benchmark.record import JunctionMetrics, Record, TripMetrics
+from benchmark.record import JunctionMetrics, Record, TripMetrics, told_apart
 from benchmark.statistics import Estimate, estimates
 
 REFERENCE = "traffic-light"
@@ -27,6 +27,7 @@ class Column:
     digits: int
     get: Getter
     brief: bool = True  # whether it is in the tables for people, not only in CSV and JSON
+    more_is_better: bool = False
 
 
 COLUMNS = (
@@ -51,7 +52,10 @@ COLUMNS = (
     Column("travel_time", "travel time", "s", 1, lambda j, t: t.travel_time),
     Column("insertion_delay", "insertion delay", "s", 1, lambda j, t: t.insertion_delay),
     Column("never_inserted", "never inserted", "veh", 1, lambda j, t: t.never_inserted, False),
-    Column("throughput", "throughput", "veh/h", 0, lambda j, t: j.throughput),
+    Column(
+        *("throughput", "throughput", "veh/h", 0, lambda j, t: j.throughput),
+        more_is_better=True,
+    ),
     Column("collisions", "collisions", "pairs", 1, lambda j, t: t.collisions),
     Column("collisions_with_robot", "with an RV", "pairs", 1, lambda j, t: t.collisions_with_robot),
     Column(
@@ -128,7 +132,7 @@ def rows(records: Iterable[Record]) -> list[Row]:
     The newest record of an episode counts. A controller that commands no vehicle stands at every
     rate. Rows without a single episode that is ok stand last; nothing is left out.
     """
-    newest = {record.episode: record for record in records}
+    newest = {record.episode: record for record in told_apart(records)}
     cells = _cells(list(newest.values()))
     samples = [
         list(values.values()) for cell in cells for values in cell.samples.values() if values

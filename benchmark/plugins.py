@@ -1,26 +1,45 @@
-"""How controllers and their trainers are found: two groups of entry points.
+"""How controllers and their trainers are found: installed, in a file, or in a module.
 
-A reference names a controller and may give options, as in ``virtual-signal?green=15&clearance=4``:
-the keyword arguments of its constructor.
+``find`` is the one door: it takes any reference of ``benchmark.naming`` and checks its options
+against the constructor's signature.
 """
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
-from urllib.parse import parse_qsl
 
-from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
+from benchmark import loading, naming, needs
 from benchmark.controller import Controller
 from benchmark.errors import ControllerError
+from benchmark.naming import Reference
 from benchmark.validation import explain, nearest
 
 GROUP = "rightofway.controllers"
 TRAINERS = "rightofway.trainers"
-CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """A controller as it is to be run: its class and its options."""
+
+    reference: str  # as ``find`` reads it from any folder: files absolute, options sorted by name
+    kind: type[Controller]
+    options: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """The reference as records and tables have it: a file by its name alone."""
+        return naming.label(self.reference)
+
+    def new(self) -> Controller:
+        """Another controller of this kind."""
+        return self.kind(**self.options)
 
 
 @cache
@@ -29,94 +48,93 @@ def discovered() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
 
 
+def find(text: str, folder: Path = Path()) -> Plugin:
+    """The controller that a reference names, with its options.
+
+    Args:
+        text: an installed controller's name, ``path/to/file.py:Class`` or
+            ``package.module:Class``, and options behind a ``?``.
+        folder: where a file's relative path begins.
+
+    Raises:
+        ControllerError: as ``load``; an option is unknown, missing, given twice or has a wrong
+            value.
+    """
+    parts = naming.parse(text).placed(folder)
+    kind = load(parts.name)
+    options = _checked_options(parts, kind)
+    return Plugin(str(replace(parts, query=naming.query(options))), kind, options)
+
+
 def load(name: str) -> type[Controller]:
-    """The class of an installed controller.
+    """The class that a reference without options names.
 
     Raises:
         ControllerError: there is none of that name, it cannot be imported, or it is no controller.
     """
-    if (entry := discovered().get(name)) is None:
+    parts = naming.parse(name)
+    if parts.is_file:
+        found = loading.from_file(Path(parts.place), parts.attribute)
+    elif parts.attribute:
+        found = loading.from_module(parts.place, parts.attribute)
+    elif (entry := discovered().get(name)) is not None:
+        found = loading.from_entry_point(entry)
+        return _checked(found, f'controller "{name}" ({entry.value})')
+    else:
         raise ControllerError(f'unknown controller "{name}"{nearest(name, discovered())}')
-    try:
-        found = entry.load()
-    except (Exception, SystemExit) as error:  # whatever a plugin does on import
-        raise ControllerError(
-            f'controller "{name}" ({entry.value}) cannot be imported: '
-            f"{type(error).__name__}: {error}"
-        ) from error
+    return _checked(found, f'controller "{parts.label}"')
+
+
+def _checked(found: object, title: str) -> type[Controller]:
+    """A class that keeps to the contract as far as can be seen without running it."""
     if not (isinstance(found, type) and issubclass(found, Controller)):
-        raise ControllerError(
-            f'controller "{name}" ({entry.value}) is not a benchmark.controller.Controller'
-        )
-    for key, choices in CHOICES.items():
-        if (value := getattr(found, key)) not in choices:
-            raise ControllerError(
-                f'controller "{name}" ({entry.value}): {key} = {value!r}; '
-                f'expected "{choices[0]}" or "{choices[1]}"'
-            )
+        raise ControllerError(f"{title} is not a benchmark.controller.Controller")
+    if missing := sorted(getattr(found, "__abstractmethods__", ())):
+        raise ControllerError(f"{title} lacks the method {' and '.join(missing)}")
+    if problem := needs.mistake(found):
+        raise ControllerError(f"{title}: {problem}")
     return found
 
 
-@dataclass(frozen=True)
-class Plugin:
-    """A controller as it is to be run: its class and its options."""
-
-    reference: str  # as in records and tables: options sorted by name
-    kind: type[Controller]
-    options: Mapping[str, object] = field(default_factory=dict)
-
-    def new(self) -> Controller:
-        """Another controller of this kind."""
-        return self.kind(**self.options)
+# --- options ---------------------------------------------------------------------------------
 
 
-def find(reference: str) -> Plugin:
-    """The controller that a reference names, with its options.
-
-    Raises:
-        ControllerError: as ``load``; an option is unknown, given twice or has a wrong value.
-    """
-    name, _, query = reference.partition("?")
-    kind = load(name)
-    if not query:
-        return Plugin(name, kind)
+def _checked_options(parts: Reference, kind: type[Controller]) -> dict[str, object]:
+    """The options that a reference gives, as its constructor takes them."""
+    given, title = parts.options(), f'"{parts.label}"'
+    if not given and not any(one.default is one.empty for one in _parameters(kind)):
+        return {}
     try:
-        pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=True)
-    except ValueError as error:
-        raise ControllerError(
-            f'"{reference}": expected options as in {name}?first=1&second=2'
-        ) from error
-    given = dict(sorted(pairs))
-    if len(given) < len(pairs):
-        raise ControllerError(f'"{reference}": an option is given twice')
-    known = _options(kind)
+        known = _options(kind)
+    except NameError as error:  # an annotation names what is imported for type checkers only
+        raise ControllerError(f"{title}: its constructor's annotations: {error}") from error
     try:
         checked = known.model_validate(given)
     except ValidationError as error:
-        raise ControllerError(explain(error, known, f'"{reference}"')) from error
-    options = {key: getattr(checked, key) for key in given}
-    written = "&".join(f"{key}={_text(value)}" for key, value in options.items())
-    return Plugin(f"{name}?{written}", kind, options)
+        raise ControllerError(explain(error, known, title)) from error
+    return {key: getattr(checked, f"option_{key}") for key in given}
 
 
-def _text(value: object) -> str:
-    """An option's value in one spelling: 4 for 4.0, true for True."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(value).removesuffix(".0") if isinstance(value, float) else str(value)
+def _parameters(kind: type[Controller], *, eval_str: bool = False) -> list[inspect.Parameter]:
+    """What a controller's constructor takes by name."""
+    parameters = list(inspect.signature(kind.__init__, eval_str=eval_str).parameters.values())[1:]
+    return [one for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
 
 
 def _options(kind: type[Controller]) -> type[BaseModel]:
-    """What a controller's constructor takes."""
-    parameters = list(inspect.signature(kind.__init__, eval_str=True).parameters.values())[1:]
-    named = [one for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    """A table of what a controller's constructor takes."""
     fields: dict[str, Any] = {
-        one.name: (Any if one.annotation is one.empty else one.annotation, one.default)
-        for one in named
+        f"option_{one.name}": (  # a prefix, as some names mean something to pydantic
+            Any if one.annotation is one.empty else one.annotation,
+            Field(... if one.default is one.empty else one.default, alias=one.name),
+        )
+        for one in _parameters(kind, eval_str=True)
     }
-    return create_model(
-        "Options", __config__=ConfigDict(extra="forbid", allow_inf_nan=False), **fields
-    )
+    config = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
+    return create_model("Options", __config__=config, **fields)
+
+
+# --- trainers, and what is said about controllers ---------------------------------------------
 
 
 def load_trainer(name: str) -> Callable[[Any], None]:
@@ -143,7 +161,15 @@ def description(controller: type[Controller]) -> str:
     return (controller.__doc__ or "").strip().partition("\n")[0]
 
 
-def provenance(reference: str) -> str:
-    """The distribution a controller comes from, with its version, as in ``rightofway 0.1.0``."""
-    distribution = discovered()[reference.partition("?")[0]].dist
-    return f"{distribution.name} {distribution.version}" if distribution else "unknown"
+def provenance(text: str) -> str:
+    """Where a controller comes from, for the record.
+
+    The distribution with its version, as in ``rightofway 0.1.0``; of a file its name and SHA-256.
+    """
+    parts = naming.parse(text).placed(Path())
+    if parts.is_file:
+        return loading.origin_of_file(Path(parts.place))
+    if parts.attribute:
+        return loading.origin_of_module(parts.place)
+    entry = discovered().get(parts.place)
+    return f"{entry.dist.name} {entry.dist.version}" if entry and entry.dist else "unknown"

@@ -1,5 +1,6 @@
 """What an episode leaves behind, with units; the schema of the store."""
 
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -110,7 +111,9 @@ class Record(Entry):
     scenario_hash: str
     network_hash: str | None = None
     routes_hash: str | None = None
-    controller_from: str | None = Field(None, description="distribution and version")
+    controller_from: str | None = Field(
+        None, description="distribution and version; a file's name and SHA-256"
+    )
     weights_hash: str | None = None
     trained_on: tuple[Training, ...] | None = Field(
         None, description="as the controller declares; null where it declares nothing"
@@ -128,3 +131,27 @@ class Record(Entry):
     def line(self) -> str:
         """The record as a line of JSON."""
         return self.model_dump_json(by_alias=True) + "\n"
+
+    @property
+    def file_hash(self) -> str:
+        """SHA-256 of the file that its controller came from; empty for one that is installed."""
+        return (self.controller_from or "").partition(" sha256:")[2]
+
+
+def told_apart(records: Iterable[Record]) -> list[Record]:
+    """Records in which a controller's name stands for one file: its hash is added where needed.
+
+    The same file as it was before an edit, and another of the same name, are controllers of their
+    own beside it.
+    """
+    chosen = list(records)
+    versions: dict[str, set[str]] = {}
+    for record in chosen:
+        if record.file_hash:
+            versions.setdefault(record.controller, set()).add(record.file_hash)
+    return [
+        record.model_copy(update={"controller": f"{record.controller} ({record.file_hash[:8]})"})
+        if record.file_hash and len(versions[record.controller]) > 1
+        else record
+        for record in chosen
+    ]

@@ -1,13 +1,14 @@
 """Episodes with action logs: run one and keep its commands, or score the commands again."""
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchmark import action_log, catalogue
 from benchmark.action_log import ActionLog
 from benchmark.actions import Recording, spoken
-from benchmark.episode import Episode, run, run_plugin
+from benchmark.episode import Episode, run, run_with
 from benchmark.errors import ActionLogError
 from benchmark.record import Record
 
@@ -32,13 +33,13 @@ def run_logged(episode: Episode, folder: Path) -> Record:
 class LoggedEpisode(Episode):
     """An episode whose commands are known."""
 
-    log: Path
+    log: Path = Path()
 
     @classmethod
     def of(cls, log: ActionLog) -> "LoggedEpisode":
         """The episode of a log."""
         record = log.record
-        return cls(log.scenario, record.controller, record.rate, record.seed, log.path)
+        return cls(log.scenario, record.controller, record.rate, record.seed, log=log.path)
 
 
 def score(episode: LoggedEpisode) -> Record:
@@ -50,7 +51,7 @@ def score(episode: LoggedEpisode) -> Record:
     """
     log = action_log.read(episode.log)
     plugin = spoken(log.actions, log.record, log.signal)
-    return run_plugin(episode, plugin, log.record.controller_from)
+    return run_with(lambda: nullcontext(plugin), episode, source=log.record.controller_from)
 
 
 def is_shipped(scenario: str) -> bool:

@@ -19,7 +19,9 @@ STOP_MARGIN = 1.0  # m before the entrance at which a stopped RV's front comes t
 COMFORTABLE = 2.0  # m/s2, the braking of a Stop where there is room for it
 CELLS_FOR_LONGEST = 3  # occupied cells that hold back the longest waiting movement
 CELLS_FOR_OTHERS = 8  # and the others (flexible arbitration of Wang et al.)
-ROUNDING = 1e-9  # m/s2 a controller may be off a limit by floating point
+MOST_REASONS = 100  # of refusals that are told apart; a phase's name is the controller's choice
+OTHER = "a command refused: for one of many more reasons"
+ROUNDING = 1e-6  # m/s2 a controller may be off a limit by floating point of 32 bits
 
 
 @dataclass(frozen=True)
@@ -66,11 +68,7 @@ class Rules:
         Raises:
             ControllerError: the answer is not a mapping of ids to commands at all.
         """
-        if not isinstance(commands, Mapping):
-            raise ControllerError(
-                f"{self._controller}: act returned {type(commands).__name__}; "
-                "expected a mapping of ids to commands"
-            )
+        expect_mapping(self._controller, commands)
         if self.listener is not None:
             self.listener(commands)
         if not commands and not self._commanded:
@@ -84,7 +82,8 @@ class Rules:
         conflicts: dict[str, bool] = {}  # movement -> whether a Go of it is held back
         for target, command in commands.items():
             if reason := self._refusal(vehicles, target, command):
-                self.refusals[reason] += 1
+                known = reason in self.refusals or len(self.refusals) < MOST_REASONS
+                self.refusals[reason if known else f"{self._controller}: {OTHER}"] += 1
             elif isinstance(command, Phase):
                 phase = command.name
             else:
@@ -144,7 +143,7 @@ class Rules:
         value = command.acceleration
         if not isinstance(value, Real) or not math.isfinite(value):
             return "the acceleration is not a finite number"
-        if not low - ROUNDING <= value <= high + ROUNDING:
+        if not low - ROUNDING <= float(value) <= high + ROUNDING:
             return f"the acceleration is outside [{low:g}, {high:g}] m/s2"
         if command.lane_change not in (-1, 0, 1):
             return "the lane change is not -1, 0 or 1"
@@ -187,6 +186,19 @@ class Rules:
                 return wanted
             return min(wanted, stopping_speed(vehicle.distance, vehicle.body.deceleration, step))
         return min(fastest, stopping_speed(vehicle.distance, COMFORTABLE, step))
+
+
+def expect_mapping(controller: str, commands: object) -> None:
+    """Refuse an answer that is no commands at all.
+
+    Raises:
+        ControllerError: it is not a mapping; the message names the controller.
+    """
+    if not isinstance(commands, Mapping):
+        raise ControllerError(
+            f"{controller}: act returned {type(commands).__name__}; "
+            "expected a mapping of ids to commands"
+        )
 
 
 def held_by_conflict(state: TrafficState, movement: str) -> bool:

@@ -1,13 +1,17 @@
 """Many runs: which episodes a study holds, and worker processes that run them."""
 
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from typing import Any
 
-from benchmark import demand, network, plugins, signals
+from benchmark import demand, network, signals
 from benchmark.episode import Episode, run
-from benchmark.errors import RightOfWayError, StoreError
+from benchmark.errors import ControllerError, RightOfWayError, StoreError
+from benchmark.isolation.channel import Declared
+from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.isolation.remote import look
+from benchmark.plugins import Plugin
 from benchmark.record import Record
 from benchmark.scenario import Scenario
 from benchmark.workers import pool
@@ -20,6 +24,9 @@ def episodes(
     controllers: Sequence[str],
     rates: Sequence[float] | None,
     seeds: Sequence[int] | None,
+    *,
+    isolate: bool | None = None,
+    limits: Limits = DEFAULT,
 ) -> list[Episode]:
     """All episodes of a study: every controller meets the same scenarios, rates and seeds.
 
@@ -28,16 +35,20 @@ def episodes(
 
     Args:
         scenarios: what to run on.
-        controllers: names of installed controllers, with options or without.
+        controllers: references, as ``benchmark.plugins.find`` reads them.
         rates: penetration rates; None takes each scenario's own.
         seeds: None takes each scenario's own.
+        isolate: whether controllers run in processes of their own; None: those not installed do.
+        limits: of isolated controllers.
 
     Raises:
-        ControllerError: a controller is unknown, cannot be imported or has no such option.
+        ControllerError: a controller is unknown, cannot be imported or has no such option, or two
+            files have the same name.
     """
-    found = {one.reference: one.kind for one in map(plugins.find, controllers)}
+    looked = (look(one, isolate, limits) for one in controllers)
+    found = {one.reference: one.kind for one in _told_apart(looked)}
     return [
-        Episode(scenario, name, rate, seed)
+        Episode(scenario, name, rate, seed, isolate, limits)
         for scenario in scenarios
         for name, kind in found.items()
         for rate in (
@@ -47,6 +58,18 @@ def episodes(
         )
         for seed in seeds or range(1, scenario.evaluation.seeds + 1)
     ]
+
+
+def _told_apart(found: Iterable[Plugin | Declared]) -> Iterator[Plugin | Declared]:
+    """Controllers whose records can be told apart: those of two files are by the files' names."""
+    seen: dict[str, str] = {}
+    for plugin in found:
+        if (other := seen.setdefault(plugin.label, plugin.reference)) != plugin.reference:
+            raise ControllerError(
+                f"{other} and {plugin.reference} would both be {plugin.label} in records; "
+                "rename one file or class"
+            )
+        yield plugin
 
 
 def prepare(chosen: Sequence[Episode]) -> None:

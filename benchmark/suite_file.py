@@ -3,12 +3,14 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, PositiveInt, PrivateAttr, ValidationError
+from pydantic import BeforeValidator, Field, PositiveInt, PrivateAttr, ValidationError
 
-from benchmark import catalogue, plugins, toml_file
-from benchmark.errors import RightOfWayError, SuiteError, UsageError
+from benchmark import catalogue, naming, toml_file
+from benchmark.errors import ControllerError, RightOfWayError, SuiteError, UsageError
+from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.isolation.remote import look
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import Share, Table
 from benchmark.validation import explain
@@ -19,14 +21,29 @@ FOLDER = Path(__file__).parent / "suites"
 Reference = Annotated[str, Field(min_length=1)]
 
 
+def _in_words(given: Any) -> Any:
+    """A controller given as a table, as the reference that it stands for."""
+    if not isinstance(given, dict):
+        return given
+    try:
+        return naming.from_table(given)
+    except ControllerError as error:
+        raise ValueError(str(error)) from error
+
+
+ControllerReference = Annotated[Reference, BeforeValidator(_in_words)]
+
+
 class Suite(Table):
     """A declared study: every controller meets the same scenarios, rates and seeds."""
 
     scenarios: tuple[Reference, ...] = Field(
         min_length=1, description="Files and folders beside the suite's file, or shipped names."
     )
-    controllers: tuple[Reference, ...] = Field(
-        min_length=1, description='With options or without, as in "virtual-signal?green=15".'
+    controllers: tuple[ControllerReference, ...] = Field(
+        min_length=1,
+        description='As in "virtual-signal?green=15" or { name = "virtual-signal", green = 15 }; '
+        "files lie beside the suite's file.",
     )
     rates: tuple[Share, ...] | None = Field(
         None, min_length=1, description="Penetration rates; default: each scenario's."
@@ -49,26 +66,34 @@ class Suite(Table):
         except RightOfWayError as error:
             raise SuiteError(f"{self._path}: scenarios: {error}") from error
 
-    def checked_controllers(self) -> list[str]:
-        """The controllers, every one of which is installed and takes its options.
+    def checked_controllers(
+        self, isolate: bool | None = None, limits: Limits = DEFAULT
+    ) -> list[str]:
+        """The controllers, every one of which is there and takes its options.
+
+        Args:
+            isolate: whether they are imported in processes of their own; None: what is not
+                installed is.
+            limits: of time and memory where they are.
 
         Raises:
             SuiteError: one of them is not, or does not.
         """
-        for index, reference in enumerate(self.controllers):
+        found = []
+        for index, one in enumerate(self.controllers):
             try:
-                plugins.find(reference)
+                found.append(look(one, isolate, limits, self._path.parent).reference)
             except RightOfWayError as error:
                 raise SuiteError(f"{self._path}: controllers[{index}]: {error}") from error
-        return list(self.controllers)
+        return found
 
 
-def _placed(reference: str, folder: Path) -> str:
+def _placed(scenario: str, folder: Path) -> str:
     """A scenario's reference as seen from anywhere: files and folders lie beside the suite."""
-    place, at, _ = reference.rpartition("@")
-    candidates = [folder / reference, *([folder / place] if at else [])]
+    place, at, _ = scenario.rpartition("@")
+    candidates = [folder / scenario, *([folder / place] if at else [])]
     own = candidates[-1].suffix == ".toml" or any(one.exists() for one in candidates)
-    return str(folder / reference) if own else reference
+    return str(folder / scenario) if own else scenario
 
 
 def shipped() -> dict[str, Path]:
@@ -95,11 +120,11 @@ def find(references: Sequence[str]) -> Suite | None:
     return load(next(iter(found.values()))) if found else None
 
 
-def _path(reference: str) -> Path | None:
+def _path(name: str) -> Path | None:
     """Where the suite of that name is; a folder of the user's scenarios comes before it."""
-    path = Path(reference)
-    if reference in shipped() and not any(path.rglob("*.toml")):
-        return path if _declares_suite(path) else shipped()[reference]
+    path = Path(name)
+    if name in shipped() and not any(path.rglob("*.toml")):
+        return path if _declares_suite(path) else shipped()[name]
     return path if _declares_suite(path) else None
 
 

@@ -10,6 +10,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+from benchmark.cache import cache_folder
 from benchmark.errors import NetworkError, StoreError
 
 
@@ -58,14 +59,6 @@ def digest(*parts: str | bytes) -> str:
         data = part.encode() if isinstance(part, str) else part
         total.update(len(data).to_bytes(8, "big") + data)
     return total.hexdigest()
-
-
-def cache_folder() -> Path:
-    """Where built networks and routes are kept; ``RIGHTOFWAY_CACHE`` overrides."""
-    import platformdirs
-
-    chosen = os.environ.get("RIGHTOFWAY_CACHE")
-    return Path(chosen) if chosen else platformdirs.user_cache_path("rightofway")
 
 
 def cached(kind: str, key: str, build: Callable[[Path], None]) -> Path:

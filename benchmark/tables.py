@@ -82,11 +82,11 @@ def markdown(rows: Sequence[Row]) -> str:
     """An overview per scenario, then every figure by scenario and rate."""
     lines = ["# Leaderboard", "", _preface(rows), ""]
     for scenario, members in _by_scenario(rows):
-        lines += [f"## {_escape(scenario)}", "", _overview(members, "github"), ""]
+        lines += [f"## {literal(scenario)}", "", _overview(members, "github"), ""]
     lines += ["# All figures", ""]
     for scenario, members in _by_scenario(rows):
         for rate, group in groupby(members, key=lambda row: row.rate):
-            lines += [f"## {_escape(scenario)} at {percent(rate)}", ""]
+            lines += [f"## {literal(scenario)} at {percent(rate)}", ""]
             lines += [_details(list(group)), ""]
     return "\n".join(lines)
 
@@ -100,10 +100,10 @@ def summary(rows: Sequence[Row], rate: float) -> str:
     cells = {(row.controller, row.scenario): _cell(row) for row in chosen}
     controllers = sorted({row.controller for row in chosen}, key=lambda name: _rank(chosen, name))
     body = [
-        [_escape(name), *(cells.get((name, one), "-") for one in scenarios)] for name in controllers
+        [literal(name), *(cells.get((name, one), "-") for one in scenarios)] for name in controllers
     ]
     align = ["left", *["right"] * len(scenarios)]
-    head = [f"at {percent(rate)}", *map(_escape, scenarios)]
+    head = [f"at {percent(rate)}", *map(literal, scenarios)]
     return tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True) + "\n"
 
 
@@ -234,8 +234,8 @@ def _overview(rows: Sequence[Row], style: str) -> str:
     align = ["left", *["right"] * (len(head) - 1)]
     said = [_remark([row for row in rows if row.controller == name]) for name, *_ in body]
     if style == "github":
-        body = [[_escape(name), *cells] for name, *cells in body]
-        said = [_escape(one) for one in said]
+        body = [[literal(name), *cells] for name, *cells in body]
+        said = [literal(one) for one in said]
     if any(said):
         head, align = [*head, "remarks"], [*align, "left"]
         body = [[*line, one] for line, one in zip(body, said, strict=True)]
@@ -249,10 +249,10 @@ def _details(rows: Sequence[Row]) -> str:
     head += ["status", "notes"]
     body = [
         [
-            *(_escape(row.controller), row.rules, figure(row.difference, 1)),
+            *(literal(row.controller), row.rules, figure(row.difference, 1)),
             *(figure(row.figures.get(column.key), column.digits) for column in BRIEF),
             row.status,
-            _escape(notes(row)),
+            literal(notes(row)),
         ]
         for row in rows
     ]
@@ -263,7 +263,7 @@ def _title(column: Column) -> str:
     return f"{column.title} [{column.unit}]" if column.unit else column.title
 
 
-def _escape(text: str) -> str:
+def literal(text: str) -> str:
     """Text as Markdown shows it literally."""
     return "".join(f"\\{sign}" if sign in "\\`*_{}[]<>#|&~" else sign for sign in text)
 

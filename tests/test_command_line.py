@@ -86,6 +86,40 @@ def test_check_finds_nothing_wrong_with_good_scenarios(command: Command) -> None
     assert done.stdout.count("all well") == 2
 
 
+def test_check_finds_nothing_wrong_with_a_good_controller(command: Command) -> None:
+    chosen = ("first-come", "traffic-light", "--scenario", "tee", "--scenario", "asymmetric")
+    done = command("check", "controller", *chosen, COLUMNS="200")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count("18 passed\n") == 2
+    (line,) = (one for one in done.stdout.splitlines() if "lights on; commands no vehicle" in one)
+    assert "declares" in line
+
+
+def test_check_shows_a_broken_promise_with_what_to_do_and_ends_in_exit_code_1(
+    command: Command,
+) -> None:
+    unruly = Path(__file__).parent / "plugins" / "unruly.py"
+    done = command("check", "controller", f"{unruly}:FourOnly", COLUMNS="200")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "18 passed, 8 skipped\n" in done.stdout
+    assert "skipped │ it needs 4 approaches, and the scenario has 3" in done.stdout
+    chosen = (f"{unruly}:Remembers", f"{unruly}:Tame")
+    done = command("check", "controller", *chosen, "--scenario", "tee", COLUMNS="250")
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "9 passed, 1 failed\n" in done.stdout
+    assert "10 passed\n" in done.stdout
+    assert "reset must set anew whatever act changes" in done.stdout
+
+
+def test_a_file_of_the_name_controller_is_a_scenario_where_nothing_follows(
+    command: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "controller").write_bytes((SCENARIOS / "smoke" / "tee.toml").read_bytes())
+    assert "all well" in command("check", "controller").stdout
+    assert "all well" in command("check", "./controller").stdout
+    assert command("check", "controller", "frst-come").returncode == 2
+
+
 def test_check_reports_what_is_doubtful_and_still_succeeds(command: Command) -> None:
     done = command("check", "asymmetric")
     assert (done.returncode, done.stderr) == (0, "")
@@ -202,6 +236,23 @@ def test_the_leaderboard_comes_in_every_format_without_sumo(
     assert r"\end{tabular}" in latex
 
 
+def test_the_leaderboard_leaves_variants_out_on_request(
+    command: Command, results: Path, tmp_path: Path
+) -> None:
+    (source,) = (results / "records").glob("*.jsonl")
+    target = tmp_path / "records" / source.name
+    target.parent.mkdir()
+    name, variant = '"virtual-signal"', '"virtual-signal?green=15"'
+    target.write_text(source.read_text() + source.read_text().replace(name, variant))
+
+    def controllers(option: str) -> set[str]:
+        shown = command("leaderboard", "--records", tmp_path, "--format", "csv", option).stdout
+        return {one["controller"] for one in csv.DictReader(io.StringIO(shown))}
+
+    assert controllers("--no-variants") == {"traffic-light", "virtual-signal"}
+    assert controllers("--variants") == {*controllers("--no-variants"), "virtual-signal?green=15"}
+
+
 def test_the_leaderboard_takes_the_records_folder_too(command: Command, results: Path) -> None:
     both = [command("leaderboard", "--records", one) for one in (results, results / "records")]
     assert both[0].stdout == both[1].stdout != ""
@@ -264,6 +315,17 @@ GREEN_WORDS = ("greens", "phases[1]", "N-C and W-L conflict", "split the phase")
             ),
         ),
         ("check empty", ("empty", "no scenario files")),
+        ("check controller", ("which controller?", "check controller NAME")),
+        ("check controller frst-come", ('"frst-come"', 'did you mean "first-come"')),
+        ("check controller first-come frst-come", ('"frst-come"', 'did you mean "first-come"')),
+        ("check controller first-come --scenario smoke/te", ('"smoke/te"', '"smoke/tee"')),
+        ("check smoke/tee --scenario smoke/tee", ("--scenario goes with `check controller`",)),
+        ("check controller gone.py:Mine", ("gone.py: cannot read the controller: No such file",)),
+        ("check controller syntax.toml", ('unknown controller "syntax.toml"',)),
+        ("new controller First_Come", ('"First_Come"', 'did you mean "first-come"')),
+        ("new controller empty", ("empty is there already",)),
+        ("new scenario syntax", ("syntax.toml is there already",)),
+        ("new sceanrio mine", ("sceanrio", "scenario")),
         ("check smoke/crosing", ('"smoke/crosing"', 'did you mean "smoke/crossing"')),
         ("show smoke", ('"smoke"', "smoke/asymmetric, smoke/crossing, smoke/tee", "choose one")),
         ("show nowhere", ('"nowhere"', "colorado-springs/229")),

@@ -2,9 +2,8 @@
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache, cached_property
-from itertools import zip_longest
 from types import MappingProxyType, NoneType
 from typing import Any
 
@@ -12,10 +11,10 @@ import libsumo
 import pytest
 from conftest import SMOKE, network_of, shipped
 
-from benchmark import plugins
+from benchmark import conformance, plugins
+from benchmark.conformance import elsewhere
 from benchmark.controller import Command, Controller
 from benchmark.episode import Episode, run
-from benchmark.intersection import Intersection
 from benchmark.record import Record
 from benchmark.state import TrafficState
 
@@ -57,24 +56,37 @@ def live(scenario: str, name: str) -> tuple[Record, list[TrafficState], Given]:
     return watched(Episode(shipped(scenario), name, rate, SEED))
 
 
-def seen(scenario: str, name: str) -> tuple[list[TrafficState], Given]:
-    record, states, given = live(scenario, name)
+def seen(scenario: str, name: str) -> list[TrafficState]:
+    record, states, _ = live(scenario, name)
     if record.status == "skipped":
         pytest.skip(record.reason or "")
-    return states, given
+    return states
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=f"{name}-{case}")
+        for name in CONTROLLERS
+        for case in conformance.cases(name)
+        if case.check not in ("reaches", "repeats-elsewhere")
+    ],
+)
+def test_every_installed_controller_conforms(
+    case: conformance.Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All in this process: test_conformance and test_determinism run them in others."""
+    monkeypatch.setattr(elsewhere, "run", lambda tasks: [elsewhere.run_one(one) for one in tasks])
+    case.verify()
 
 
 @every_pair
-def test_a_controller_runs_or_says_why_not_and_no_command_is_refused(
-    scenario: str, name: str
-) -> None:
+def test_a_controller_runs_or_says_why_not_and_vehicles_arrive(scenario: str, name: str) -> None:
     record, _, _ = live(scenario, name)
     if record.status == "skipped":
         assert record.reason
         return
     assert (record.status, record.reason) == ("ok", None)
-    (figures,) = record.junctions.values()
-    assert (figures.refused_commands, figures.refusals) == (0, ())
     assert record.trips is not None
     assert record.trips.arrived > 0
 
@@ -116,7 +128,7 @@ LAZY = (property, cached_property)
 
 @every_pair
 def test_nothing_that_a_controller_receives_can_be_changed(scenario: str, name: str) -> None:
-    states, _ = seen(scenario, name)
+    states = seen(scenario, name)
     known: set[int] = set()
     found = [one for state in states[::20] for one in mutable(state, "state", known)]
     assert not found  # and so nothing leads to libsumo either
@@ -127,46 +139,3 @@ def test_the_search_for_mutable_things_finds_them() -> None:
     state = TrafficState(network_of(SMOKE[0]).junctions["intersection"].intersection, 0.0, (), ())
     bad = dataclasses.replace(state, phase=([], libsumo))  # type: ignore[arg-type]
     assert list(mutable(bad, "state", set())) == ["state.phase[0]: list", "state.phase[1]: module"]
-
-
-# --- what a controller depends on --------------------------------------------------------------
-
-
-def answers(
-    controller: Controller, where: Intersection, states: Sequence[TrafficState], seed: int = SEED
-) -> Given:
-    """What a controller commands in an episode of these states."""
-    controller.reset(where, seed)
-    return [list(controller.act(state).items()) for state in states]
-
-
-@every_pair
-def test_equal_seeds_and_states_give_equal_commands(scenario: str, name: str) -> None:
-    states, given = seen(scenario, name)
-    assert answers(plugins.load(name)(), states[0].intersection, states) == given
-
-
-@every_pair
-def test_reset_forgets_every_episode_before(scenario: str, name: str) -> None:
-    states, given = seen(scenario, name)
-    other, _ = seen(SMOKE[SMOKE.index(scenario) - 1], name)
-    used = plugins.load(name)()
-    answers(used, other[0].intersection, other, seed=99)
-    assert answers(used, states[0].intersection, states) == given
-    assert answers(used, states[0].intersection, states) == given
-
-
-@every_pair
-def test_two_objects_of_a_controller_do_not_share_anything(scenario: str, name: str) -> None:
-    states, given = seen(scenario, name)
-    other, _ = seen(SMOKE[SMOKE.index(scenario) - 1], name)
-    one, twin = plugins.load(name)(), plugins.load(name)()
-    one.reset(states[0].intersection, SEED)
-    twin.reset(other[0].intersection, 99)
-    found: Given = []
-    for state, elsewhere in zip_longest(states, other):
-        if elsewhere is not None:
-            twin.act(elsewhere)
-        if state is not None:
-            found.append(list(one.act(state).items()))
-    assert found == given

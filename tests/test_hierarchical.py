@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import CAR, CROSSROADS, crossing, state, vehicle
+from conftest import CAR, CROSSROADS, crossing, smoke, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,7 +16,9 @@ from baselines.hierarchical.policy import Forward, Learned, Random, shapes
 from baselines.hierarchical.safety import speed_limit, with_braking
 from benchmark.controller import Command, Drive, Go
 from benchmark.learning.observation import Numbers, Observer
+from benchmark.rules import can_stop, held_by_conflict
 from benchmark.state import TrafficState, Vehicle
+from benchmark.world import World
 
 # --- safety ------------------------------------------------------------------------------------
 
@@ -173,3 +175,34 @@ def test_lane_changes_have_the_papers_thresholds_and_lead_where_the_movement_is_
 def test_driving_on_is_full_acceleration_in_the_own_lane() -> None:
     egos = [vehicle("one"), vehicle("two")]
     assert Forward()(state(*egos), egos).tolist() == [[1.0, 0.0]] * 2
+
+
+# --- in traffic --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [1001, 1002])
+def test_every_rv_that_enters_was_cleared_when_it_could_still_stop(seed: int) -> None:
+    controller = Hierarchical(low="random")
+    world = World(smoke("crossing"), 0.7, seed, controller="hierarchical")
+    ((name, site),) = world.sites.items()
+    controller.reset(site.junction.intersection, seed)
+    entered, cleared = 0, set[str]()
+    before: TrafficState | None = None
+    with world:
+        while not world.over:
+            seen = world.step()[name]
+            for one in seen.inside:
+                if before is None or all(one.id != ego.id for ego in before.deciding):
+                    continue  # an HV, or one that was inside already
+                entered += 1
+                assert one.id in cleared
+            commands = controller.act(seen)
+            cleared = {
+                ego.id
+                for ego in seen.deciding
+                if (commands[ego.id] == Go() and not held_by_conflict(seen, ego.movement))
+                or (ego.id in cleared and not can_stop(ego))
+            }
+            world.carry_out(name, site.rules.decide(seen, commands), seen.time)
+            before = seen
+    assert entered > 10

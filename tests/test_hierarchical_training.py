@@ -1,22 +1,30 @@
 """Learning the low level: trajectories, advantages, and runs that repeat and resume."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 import torch
 from conftest import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 
 from baselines.hierarchical import ppo, train
+from baselines.hierarchical.local_observation import SIZE as SIZE_TUNED
+from baselines.hierarchical.local_observation import Beside
 from baselines.hierarchical.observation import SIZE
-from baselines.hierarchical.policy import Network
+from baselines.hierarchical.policy import RIGHT, Network, shapes
 from baselines.hierarchical.reward import Reward
 from baselines.hierarchical.rollout import Played, Rollout, Trajectory, play
+from benchmark.learning import weights as files
+from benchmark.learning.observation import Numbers
 from benchmark.learning.run import Options
+from benchmark.scenario import Scenario, load
 
 LEARNER = train.LearnerSettings(steps=1, hidden=(8,))
 
@@ -170,3 +178,74 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     assert manifest(out)["round"] == 2
     train.train_hierarchical(options(out, resume=True))
     assert manifest(out)["digest"] == manifest(finished)["digest"]
+
+
+# --- a toy that pays for leading ----------------------------------------------------------------
+
+ROAD = {"length": 150, "speed_limit": 13.89, "lanes": "R C C L"}
+SIDE = {"length": 100, "speed_limit": 13.89, "lanes": "RCL"}
+MAIN = {"left": 1, "cross": 900, "right": 1}
+CROSS = {"left": 30, "cross": 250, "right": 1}
+TOY = {
+    "schema": 1,
+    "title": "Two roads with two lanes each way, three in ten vehicles an RV",
+    "evaluation": {"duration": 120, "warm_up": 0, "penetration_rates": [0.3], "seeds": 2},
+    "intersection": {"control_zone": 90.0},
+    "approaches": {
+        "northbound": {"heading": 0, **ROAD},
+        "eastbound": {"heading": 90, **SIDE},
+        "southbound": {"heading": 180, **ROAD},
+        "westbound": {"heading": 270, **SIDE},
+    },
+    "demand": [
+        {
+            "begin": 0,
+            "end": 120,
+            "northbound": MAIN,
+            "southbound": MAIN,
+            "eastbound": CROSS,
+            "westbound": CROSS,
+        }
+    ],
+}
+LESSONS = (
+    *("traffic.rates=[0.3]", "traffic.duration=120", "traffic.episodes=16"),
+    *("reward.standing=0.0", "reward.pace=0.0", "reward.leads=1.0"),
+    *("learner.steps=45_000", "learner.hidden=[16]", "learner.batch=1024"),
+    *("learner.learning_rate=3e-3", "learner.discount=0.8", "learner.decay=0.8"),
+    *("validation.rounds=100", "validation.seeds=1", "validation.rates=[0.3]"),
+)
+
+
+LANE = 1 + len(Beside._fields)
+SIDES = ((SIZE_TUNED - 2 * LANE, -1), (SIZE_TUNED - LANE, 1))  # left, right
+
+
+def towards(scenario: Scenario, arrays: Mapping[str, Numbers]) -> tuple[float, float]:
+    """How often a policy wants the lane beside: where no RV leads it, and where one does."""
+    wanted: tuple[list[bool], list[bool]] = [], []
+    for seed in range(1001, 1007):
+        rollout = Rollout("hierarchical-tuned", scenario, 0.3, seed, arrays)
+        for one in play(rollout).trajectories:
+            for seen, (_, change) in zip(one.observations, one.actions, strict=True):
+                for place, sign in SIDES:
+                    serves, led = seen[place : place + 2]
+                    if serves:
+                        wanted[int(led)].append(sign * change > RIGHT)
+    assert min(map(len, wanted)) > 100
+    return fmean(wanted[0]), fmean(wanted[1])
+
+
+def test_the_low_level_learns_to_move_to_an_unregulated_lane_when_that_is_rewarded(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "toy.toml"
+    path.write_bytes(tomli_w.dumps(TOY).encode())
+    changes = (f"traffic.scenarios=['{path}']", *LESSONS)
+    train.train_tuned(Options(tmp_path / "run", changes=changes, notify=lambda message: None))
+    learned = files.load(
+        tmp_path / "run" / "weights.safetensors", shapes(SIZE_TUNED, (16,)), "train again"
+    )
+    unled, led = towards(load(path), learned.arrays)
+    assert unled > 0.3
+    assert unled > led + 0.15  # not merely fond of changing lanes

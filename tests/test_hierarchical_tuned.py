@@ -42,18 +42,18 @@ def seen(*who: Vehicle, refused: tuple[str, ...] = ()) -> list[float]:
 def test_the_low_level_sees_itself_its_lane_and_whom_it_could_lead_beside() -> None:
     assert seen(EGO, AHEAD, *LEFT, refused=("ego",)) == [
         *(0.4, 0.5, 0.5, 0.0, 1.0, 0.0),  # distance, speed, waiting, straight on, refused, inside
-        *(0.4, 1 / 16),  # RVs, standing vehicles of the approach
+        *(0.4, 1 / 8),  # RVs, standing vehicles of the approach
         *(1.0, 0.0, 0.0, 0.2, 1.0, 0.25),  # own lane: led, nobody unled, nobody behind
-        *(1.0, 0.0, 0.125, 0.25, 0.1, 0.1, 0.1),  # left: serves, not led, one unled, two to lead
+        *(1.0, 0.0, 0.25, 0.5, 0.1, 0.1, 0.1),  # left: serves, not led, one unled, two to lead
         *(0.0,) * 7,  # right: for right turns only
     ]
 
 
-def test_a_lane_that_an_rv_leads_is_led_and_followers_end_with_the_next_rv() -> None:
+def test_in_a_lane_that_an_rv_leads_there_is_nobody_to_lead() -> None:
     leader = vehicle("leader", lane="northbound_2", distance=10.0)
     next_rv = vehicle("next", lane="northbound_2", distance=55.0)
     _, led, unled, followers, *_ = seen(EGO, leader, *LEFT, next_rv)[14:21]
-    assert (led, unled, followers) == (1.0, 0.0, 0.125)
+    assert (led, unled, followers) == (1.0, 0.0, 0.0)
 
 
 def test_an_empty_road_is_seen_as_far_and_fast() -> None:
@@ -97,6 +97,8 @@ def test_an_rv_earns_for_the_hvs_that_it_comes_to_lead_alone_and_for_nothing_els
     assert earned(leads, claims, behind) == (-2 * 0.5, 0.0)
     other = vehicle("other", lane="northbound_2", distance=10.0)
     assert earned(leads, (*behind, other), (*claims, other)) == (0.0, 0.0)
+    arrived = vehicle("new", lane="northbound_2", distance=70.0, is_robot=False)
+    assert earned(leads, claims, (*claims, arrived)) == (0.0, 0.0)  # it only drove up
 
 
 # --- what it may do ----------------------------------------------------------------------------

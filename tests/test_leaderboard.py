@@ -229,6 +229,29 @@ def test_two_scenarios_of_one_name_do_not_mix() -> None:
 # --- several junctions -----------------------------------------------------------------------
 
 
+def of_file(content: str, seed: int, waiting: float) -> Record:
+    facts = {"controller": "mine.py:Mine", "controller_from": f"mine.py sha256:{content * 64}"}
+    return record(seed=seed, waiting=waiting, **facts)
+
+
+def test_files_of_one_name_do_not_mix_and_need_no_hash_while_there_is_one() -> None:
+    first = [of_file("a", seed, 10.0) for seed in (1, 2)]
+    second = [of_file("b", 1, 30.0), of_file("b", 3, 40.0)]
+    assert only(leaderboard.rows(first)).controller == "mine.py:Mine"
+    late = unlucky("mine.py:Mine", 2, "timed out", controller_from=second[0].controller_from)
+    found = {row.controller: row for row in leaderboard.rows([*first, *second, late])}
+    assert {name: row.headline and row.headline.mean for name, row in found.items()} == {
+        "mine.py:Mine (aaaaaaaa)": 10.0,
+        "mine.py:Mine (bbbbbbbb)": 35.0,
+    }
+    assert found["mine.py:Mine (bbbbbbbb)"].other == {"timed out": 1}
+
+
+def test_versions_of_a_distribution_are_one_controller() -> None:
+    found = [record(seed=seed, controller_from=f"pack {seed}.0") for seed in (1, 2)]
+    assert only(leaderboard.rows(found)).controller == "c"
+
+
 def test_several_junctions_of_a_record_are_several_rows() -> None:
     def pair(controller: str, north: float, south: float, rate: float | None) -> Record:
         both = {"N": junction(north), "S": junction(south)}

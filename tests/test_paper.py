@@ -15,7 +15,7 @@ from matplotlib.image import imread
 from test_leaderboard import record, unlucky
 
 from benchmark import suite_file
-from benchmark.paper import figures, missing, published, report, tables
+from benchmark.paper import figures, missing, published, report, tables, worth
 from benchmark.paper.reductions import against, summary, summary_of_paper
 from benchmark.paper.samples import Samples, canonical
 from benchmark.record import Record
@@ -221,17 +221,34 @@ def test_ablations_have_a_row_each_at_their_intersection() -> None:
     assert cells[9] == "80.0 [80.0, 80.0]"
 
 
-def test_the_difference_to_a_random_low_level_is_paired() -> None:
+def test_the_difference_that_a_low_level_makes_is_paired() -> None:
     random = at("hierarchical?low=random", travel_time=100.0)
     ours = [
         record("hierarchical", s, BASE[s] - 5, rate=0.4, scenario="colorado-springs/229")
         for s in SEEDS
     ]
-    text = tables.against_random(Samples([*random, *ours]))
-    cells = cells_of(text, "229", "40 %")
-    assert cells[2:] == ["-5.0 [-5.0, -5.0]", "-", "-40.0 [-40.0, -40.0]", "-"]
-    assert len(text.splitlines()) == 3
-    assert tables.against_random(Samples(ours)) == "No records yet."
+    samples = Samples([*random, *ours])
+    waits, travels = (worth.table(samples, k) for k in ("average_waiting_time", "travel_time"))
+    assert cells_of(waits, "229", "40 %")[2:] == ["-5.0 [-5.0, -5.0]", *["-"] * 5]
+    assert cells_of(travels, "229", "40 %")[2] == "-40.0 [-40.0, -40.0]"
+    assert cells_of(waits, "mean")[2] == "-"  # fifteen cells have nothing
+    assert len(waits.splitlines()) == 4
+    assert worth.table(Samples(ours), "travel_time") == "No records yet."
+
+
+def test_the_mean_over_cells_is_paired_by_seed() -> None:
+    plain = [*everywhere("hierarchical-tuned", 0.5)]
+    random = [
+        one
+        for index, (where, rate) in enumerate(published.cells())
+        for one in at("hierarchical-tuned?low=random", where, rate, share=0.5 + 0.1 * (index < 8))
+    ]
+    text = worth.table(Samples([*plain, *random]), "average_waiting_time")
+    mean_base = sum(BASE.values()) / len(BASE)
+    assert cells_of(text, "mean")[3].startswith(f"{-0.05 * mean_base:.1f} [")
+    assert worth.legend().splitlines()[1] == (
+        "- B: `hierarchical-tuned` - `hierarchical-tuned?low=random`"
+    )
 
 
 # --- gaps --------------------------------------------------------------------------------------
@@ -342,17 +359,8 @@ def results(tmp_path: Path) -> Path:
     return tmp_path
 
 
-NOT_OFFERED_YET = """
-from benchmark import cli
-from benchmark.commands.paper import paper
-
-cli.app.command()(paper)
-cli.main()
-"""
-
-
 def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    whole = [sys.executable, "-c", NOT_OFFERED_YET, "paper", *arguments]
+    whole = [str(Path(sys.executable).parent / "rightofway"), "paper", *arguments]
     return subprocess.run(
         whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=120
     )

@@ -3,11 +3,14 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
-from statistics import mean
+from statistics import mean, stdev
 
 import pytest
 
-from benchmark import catalogue, episode, leaderboard, plugins, tables
+from benchmark import catalogue, episode, leaderboard, plugins, suite_file, tables
+from benchmark.paper import missing, published, report
+from benchmark.paper.reductions import against, summary
+from benchmark.paper.samples import Samples
 from benchmark.record import Record
 from benchmark.statistics import estimates
 from benchmark.store import Store
@@ -67,9 +70,9 @@ def test_the_leaderboard_files_follow_from_the_records(folder: str, target: str)
 
 
 def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) -> None:
-    shown = tables.summary(rows, 0.6)
+    shown = tables.summary([row for row in rows if "?" not in row.controller], 0.6)
     assert shown in (ROOT / "README.md").read_text("utf-8"), (
-        "paste the output of `rightofway leaderboard --records results --rate 0.6`"
+        "paste the output of `rightofway leaderboard --records results --rate 0.6 --no-variants`"
     )
 
 
@@ -81,6 +84,8 @@ def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) 
         ("332", "wang", 0.8),
         ("334", "wang-tuned", 0.7),
         ("229", "time-windows", 0.6),
+        ("334", "hierarchical", 0.5),
+        ("449", "hierarchical-tuned", 0.7),
     ],
 )
 def test_a_record_comes_out_again_as_it_was_committed(
@@ -215,6 +220,75 @@ def test_the_ablations_of_time_windows_start_from_the_rows_of_the_leaderboard(
             variants = {r.controller for r in held if r.rate == rate} - {"time-windows"}
             assert len(variants) == 4
             assert all(len(by_seed(held, scenario, one, rate)) == 20 for one in variants)
+
+
+# --- the hierarchies: docs/reproduction.md -------------------------------------------------------
+
+TUNED = "hierarchical-tuned"
+
+
+@pytest.fixture(scope="module")
+def samples(records: list[Record]) -> Samples:
+    return Samples(records)
+
+
+def test_the_papers_report_follows_from_the_records(samples: Samples) -> None:
+    written = (ROOT / "results" / "paper" / "PAPER.md").read_text("utf-8")
+    suite = suite_file.load(missing.SUITE)
+    assert not missing.gaps(samples, suite)
+    again = report.report(samples, suite, Path("results"), "")
+    assert written.startswith(again.rstrip()), "regenerate with `rightofway paper`"
+
+
+@pytest.mark.parametrize(
+    ("baseline", "least", "words"),
+    [("wang", 0.23, "80.0 %, 16 cells"), ("traffic-light", 0.36, "79.5 %, 16 cells")],
+)
+def test_the_tuned_hierarchy_waits_less_in_every_cell(
+    samples: Samples, baseline: str, least: float, words: str
+) -> None:
+    found = summary(against(samples, baseline), TUNED)
+    assert found.surely_lower == found.cells == 16
+    assert found.mean is not None
+    assert found.mean >= least
+    assert words.startswith(f"{100 * found.mean:.1f} %")
+    assert words in (ROOT / "docs" / "reproduction.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize("training", ["", "?training=1", "?training=2"])
+def test_the_tuned_low_level_beats_a_random_one_in_nearly_every_cell(
+    samples: Samples, training: str
+) -> None:
+    pair = (TUNED + training, f"{TUNED}?low=random")
+    sure = 0
+    for cell in published.cells():
+        ours, random = samples.paired("average_waiting_time", pair, *cell)
+        (found,) = estimates([[one - other for one, other in zip(ours, random, strict=True)]])
+        sure += found.excludes_zero and found.mean < 0
+    assert sure >= 15
+
+
+def test_the_tuned_hierarchy_varies_less_than_wang_and_travels_faster(samples: Samples) -> None:
+    for cell in published.cells():
+        ours, wang = (samples.values("average_waiting_time", n, *cell) for n in (TUNED, "wang"))
+        assert stdev(ours.values()) <= stdev(wang.values())
+        ours, wang = (samples.values("travel_time", n, *cell) for n in (TUNED, "wang"))
+        assert mean(ours.values()) < mean(wang.values())
+
+
+@pytest.mark.parametrize("rate", RATES)
+def test_no_rv_of_the_tuned_hierarchy_collides_more_than_wangs(
+    records: list[Record], rate: float
+) -> None:
+    counts = {
+        name: sum(
+            r.trips.collisions_with_robot
+            for r in records
+            if (r.controller, r.rate) == (name, rate) and r.trips
+        )
+        for name in (TUNED, "wang")
+    }
+    assert counts[TUNED] <= counts["wang"]
 
 
 @pytest.mark.parametrize("scenario", FOUR)

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 from conftest import CAR, CONFLICT_FREE, CROSSROADS, crossing, crossroads, state, vehicle
 from hypothesis import assume, example, given
@@ -103,6 +104,26 @@ def test_refusals_are_counted_by_reason() -> None:
         "wang: Go refused: the vehicle is not an RV": 4,
         "wang: Stop refused: the vehicle is not an RV": 2,
     }
+
+
+def test_reasons_that_are_the_controllers_choice_do_not_pile_up() -> None:
+    of = rules(lights_on=True)
+    for number in range(1000):
+        decide([], {"intersection": Phase(f"phase {number}")}, of)
+    assert of.refusals.total() == 1000
+    assert len(of.refusals) == 101
+    assert of.refusals["wang: a command refused: for one of many more reasons"] == 900
+
+
+@pytest.mark.parametrize("kind", [float, np.float32, np.float64])
+def test_a_limit_is_kept_whatever_the_precision(kind: Any) -> None:
+    body = CAR._replace(acceleration=1.1)
+    assert float(np.float32(1.1)) > 1.1
+    of = rules()
+    decide([vehicle(body=body)], {"rv": Drive(kind(1.1))}, of)
+    assert not of.refusals
+    decide([vehicle(body=body)], {"rv": Drive(kind(1.10001))}, of)
+    assert of.refusals.total() == 1
 
 
 @pytest.mark.parametrize("answer", [None, [], {"rv"}, "rv", 5])

@@ -122,11 +122,11 @@ def test_a_good_bundle_is_accepted_where_the_controller_is_installed(
 
 
 def test_without_the_controller_the_log_is_enough(bundle: Path, tmp_path: Path) -> None:
-    done = called(tmp_path, "verify", bundle)
+    done = called(tmp_path, "verify", bundle, "--no-run-code")
     assert done.returncode == 0, done.stdout + done.stderr
     left = {"controller": "not checked", "fresh seeds": "not checked"}
     assert verdicts(done) == ALL_OK | left
-    assert "entrant 2.1 is not installed; --run-code runs the code" in done.stdout
+    assert "entrant 2.1 is not installed; without --no-run-code" in done.stdout
 
 
 def test_other_code_under_the_same_name_does_not_count_and_the_bundles_own_may_run(
@@ -135,10 +135,10 @@ def test_other_code_under_the_same_name_does_not_count_and_the_bundles_own_may_r
     other = tmp_path / "other"
     shutil.copytree(entrant, other)
     (other / "entrant.py").write_text((entrant / "entrant.py").read_text() + "# another\n")
-    done = called(tmp_path, "verify", bundle, installed=other)
+    done = called(tmp_path, "verify", bundle, "--no-run-code", installed=other)
     assert verdicts(done)["controller"] == "not checked"
     assert "entrant 2.1 is installed with other code" in done.stdout
-    wanted = ("--run-code", "--fresh-seed", "7", "--fresh-seed", "9")
+    wanted = ("--fresh-seed", "7", "--fresh-seed", "9")
     done = called(tmp_path, "verify", bundle, *wanted, installed=other)
     assert (done.returncode, verdicts(done)) == (0, ALL_OK), done.stdout + done.stderr
     assert "seeds 7, 9: waits" in done.stdout

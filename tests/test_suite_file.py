@@ -5,13 +5,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 import tomli_w
-from conftest import PAPER, SCENARIOS
+from conftest import PAPER, SCENARIOS, SHIPPED, SMOKE
 
 from benchmark import catalogue, suite_file
 from benchmark.errors import ScenarioError, SuiteError, UsageError
@@ -55,6 +56,22 @@ def test_the_shipped_suite_asks_for_the_papers_intersections_rates_and_baselines
     assert {"traffic-light", "wang"} <= {*suite.checked_controllers()}
 
 
+def test_the_suite_smoke_comes_before_the_folder_of_its_name_and_runs_all_of_it() -> None:
+    suite = found("smoke")
+    assert [one.name for one in suite.load_scenarios()] == SMOKE
+    assert [one.name for one in catalogue.find(["smoke"])] == SMOKE  # where suites are no matter
+    assert suite.seeds == 2
+    assert {"traffic-light", "virtual-signal"} <= {*suite.checked_controllers()}
+
+
+def test_the_suite_full_asks_for_everything_that_ships() -> None:
+    suite = found("full")
+    assert sorted(one.name for one in suite.load_scenarios()) == SHIPPED
+    assert (suite.rates, suite.seeds) == (tuple(tenth / 10 for tenth in range(1, 11)), 20)
+    project = tomllib.loads((SCENARIOS.parent / "pyproject.toml").read_text())["project"]
+    assert set(suite.controllers) == set(project["entry-points"]["rightofway.controllers"])
+
+
 def test_shipped_suites_are_no_scenarios() -> None:
     assert not {*suite_file.shipped()} & {*catalogue.shipped()}
     with pytest.raises(ScenarioError, match="unknown scenario"):
@@ -64,7 +81,7 @@ def test_shipped_suites_are_no_scenarios() -> None:
 def test_a_suite_is_told_from_a_scenario_by_its_keys(here: Path) -> None:
     assert found(written(here / "mine.toml")).controllers == tuple(SMALL["controllers"])
     assert suite_file.find([str(SCENARIOS / "smoke" / "tee.toml")]) is None
-    assert suite_file.find(["smoke", "colorado-springs", "missing.toml", "x" * 300]) is None
+    assert suite_file.find(["smoke/tee", "colorado-springs", "missing.toml", "x" * 300]) is None
     assert suite_file.find([]) is None
 
 
@@ -119,6 +136,8 @@ def test_scenarios_beside_the_suite_come_before_shipped_ones(here: Path) -> None
         ({"rates": [float("nan")]}, r"rates\[0\]: "),
         ({"rates": []}, "rates: "),
         ({"seeds": 0}, "seeds: should be greater than 0; got 0"),
+        ({"controllers": [{"clearance": 4}]}, r"controllers\[0\]: expected a table such as "),
+        ({"controllers": [{"name": "wang", "x": [1]}]}, r"controllers\[0\]: x: expected a number"),
         ({"seeds": True}, "seeds: expected a whole number; got True"),
     ],
 )
@@ -135,10 +154,13 @@ def test_a_mistake_is_refused_with_file_key_and_remedy(
     [
         ("wnag", 'unknown controller "wnag"; did you mean "wang"'),
         ("virtual-signal?gren=5", 'unknown key "gren"; did you mean "green"'),
+        ({"name": "virtual-signal", "gren": 5}, 'unknown key "gren"; did you mean "green"'),
+        ({"name": "virtual-signal", "green": True}, "green: expected a number; got 'true'"),
+        ("absent.py:Mine", "absent.py: cannot read the controller"),
     ],
 )
 def test_a_controller_that_is_not_there_is_named_with_its_place(
-    here: Path, reference: str, message: str
+    here: Path, reference: object, message: str
 ) -> None:
     written(here / "mine.toml", controllers=["wang", reference])
     with pytest.raises(SuiteError, match=rf"^mine.toml: controllers\[1\]: .*{message}"):
@@ -150,6 +172,18 @@ def test_a_scenario_that_leads_nowhere_is_named_with_the_suite(here: Path, refer
     written(here / "mine.toml", scenarios=[reference])
     with pytest.raises(SuiteError, match=f"^mine.toml: scenarios: .*{reference}"):
         found("mine.toml").load_scenarios()
+
+
+def test_controllers_are_tables_and_files_beside_the_suite_as_well(here: Path) -> None:
+    tables = [{"name": "virtual-signal", "green": 5.0, "clearance": 3}, {"name": "mine.py:Mine"}]
+    suite = written(here / "study" / "s.toml", controllers=[*tables, "mine.py:Mine?green=9"])
+    mine = here / "study" / "mine.py"
+    mine.write_text("from baselines.virtual_signal import VirtualSignal as Mine")
+    assert found(suite).checked_controllers() == [
+        "virtual-signal?clearance=3&green=5",
+        f"{mine}:Mine",
+        f"{mine}:Mine?green=9",
+    ]
 
 
 # --- run -------------------------------------------------------------------------------------

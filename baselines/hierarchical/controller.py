@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
-from baselines.hierarchical.hierarchy import Hierarchy, Low
+from baselines.hierarchical.hierarchy import Hierarchy, Low, Training
 from baselines.hierarchical.observation import SIZE, LateralObserver
 from baselines.hierarchical.policy import Observer
 from baselines.hierarchical.safety import with_braking
@@ -25,11 +25,13 @@ class Hierarchical(Hierarchy):
         zones: whether the safety mechanism limits speeds.
         low: who drives under Stop: the learned policy, one that only drives on, or a random one.
         lateral: whether RVs change lanes.
-        weights: of the learned policy; default: what ships.
+        training: which shipped weights it follows; default: the median of three on validation.
+        weights: other weights of the learned policy.
     """
 
     NAME = "hierarchical"
     SIZE = SIZE
+    MEDIAN = 3
 
     def __init__(
         self,
@@ -38,9 +40,10 @@ class Hierarchical(Hierarchy):
         zones: bool = True,
         low: Low = "learned",
         lateral: bool = True,
+        training: Training | None = None,
         weights: Path | None = None,
     ) -> None:
-        super().__init__(low=low, lateral=lateral, weights=weights)
+        super().__init__(low=low, lateral=lateral, training=training, weights=weights)
         self._wang = Wang() if top == "wang" else None
         self._zones = zones
 

@@ -4,7 +4,9 @@ from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
 
 from baselines.hierarchical.observation import SIDES, Side, beside
 from baselines.hierarchical.policy import (
@@ -27,6 +29,8 @@ SHIPPED = Path(__file__).parent / "weights"
 HIDDEN = (64, 64)
 
 Low = Literal["learned", "forward", "random"]
+Training = Annotated[int, Field(ge=1, le=3)]
+"""One of the shipped weights, by the seed of their training."""
 
 
 class Hierarchy(Controller):
@@ -36,19 +40,26 @@ class Hierarchy(Controller):
         low: who drives RVs that may not enter: the learned policy, one that only drives on, or a
             random one.
         lateral: whether RVs change lanes.
-        weights: of the learned policy, a file as ``rightofway train`` writes it; default: what
-            ships.
+        training: which shipped weights it follows; default: the median of three on validation.
+        weights: other weights, a file as ``rightofway train`` writes it.
     """
 
     NAME: ClassVar[str]
     SIZE: ClassVar[int]
+    MEDIAN: ClassVar[Training]
 
     def __init__(
-        self, *, low: Low = "learned", lateral: bool = True, weights: Path | None = None
+        self,
+        *,
+        low: Low = "learned",
+        lateral: bool = True,
+        training: Training | None = None,
+        weights: Path | None = None,
     ) -> None:
         self._low, self._lateral = low, lateral
         if low == "learned":
-            self._weights = _read(weights or SHIPPED / f"{self.NAME}.safetensors", self.SIZE)
+            shipped = SHIPPED / f"{self.NAME}-{training or self.MEDIAN}.safetensors"
+            self._weights = _read(weights or shipped, self.SIZE)
             self.weights_hash = self._weights.hash
             self.trained_on = declared(self._weights.notes)
 

@@ -14,7 +14,7 @@ from benchmark.state import STATIONARY, TrafficState, Vehicle
 FAR = 100.0  # m, observed as 1
 FAST = 20.0  # m/s, observed as 1
 LONG = 60.0  # s, observed as 1
-MANY = 8.0  # vehicles, observed as 1
+MANY = 4.0  # vehicles, observed as 1
 
 
 class Beside(NamedTuple):
@@ -22,7 +22,7 @@ class Beside(NamedTuple):
 
     led: bool  # whether an RV is ahead
     unled: int  # HVs ahead that no RV leads
-    followers: int  # HVs behind, up to the next RV
+    followers: int  # HVs behind, up to the next RV, that it alone would lead
     ahead: float  # m from front to front to the next vehicle ahead; FAR without one
     behind: float  # m to the next vehicle behind
     speed: float  # m/s of the next vehicle ahead; FAST without one
@@ -122,7 +122,7 @@ class LocalObserver:
             else:
                 behind = min(behind, -gap)
                 followers += 1
-        return Beside(led, unled, followers, ahead, behind, speed)
+        return Beside(led, unled, 0 if led else followers, ahead, behind, speed)
 
 
 def _numbers(one: Beside) -> tuple[float, ...]:

@@ -1,6 +1,6 @@
 """What RVs earn for what the traffic is like after each step."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -19,7 +19,9 @@ class Reward(BaseModel):
     waiting: float = Field(1.0, ge=0, description="cost of the sum of normalised waiting")
     longest_wait: float = Field(200.0, gt=0, description="waiting that counts as 1 [s]")
     standing: float = Field(0.0, ge=0, description="cost of a standing vehicle of the own approach")
-    leads: float = Field(0.0, ge=0, description="for each HV more that no other RV would lead")
+    leads: float = Field(
+        0.0, ge=0, description="for each HV more that it alone leads since it changed lanes"
+    )
     pace: float = Field(0.0, ge=0, description="cost of standing, less the faster the ego drives")
 
 
@@ -32,7 +34,7 @@ class Earnings:
 
     def __init__(self, reward: Reward) -> None:
         self._reward = reward
-        self._led: dict[str, int] = {}
+        self._before: dict[str, tuple[str, int]] = {}  # lane, and HVs that it alone led there
 
     def of(self, state: TrafficState, egos: Sequence[Vehicle]) -> tuple[dict[str, float], float]:
         """What each ego earns, by id, and what one that has just got out does.
@@ -51,15 +53,20 @@ class Earnings:
         for ego in egos:
             lane = lanes.get(ego.lane)
             fastest = lane.speed_limit if lane else ego.body.maximum_speed
-            now = led.get(ego.id, 0)
             earned[ego.id] = (
                 team
                 - reward.standing * (standing.get(lane.approach, 0) if lane else 0)
-                + reward.leads * (now - self._led.get(ego.id, now))
+                + reward.leads * self._claimed(ego, led)
                 - reward.pace * max(0.0, 1.0 - ego.speed / fastest)
             )
-        self._led = {ego.id: led.get(ego.id, 0) for ego in egos}
+        self._before = {ego.id: (ego.lane, led.get(ego.id, 0)) for ego in egos}
         return earned, team
+
+    def _claimed(self, ego: Vehicle, led: Mapping[str, int]) -> int:
+        """How many HVs more an RV alone leads for having changed lanes; arrivals do not count."""
+        now = (ego.lane, led.get(ego.id, 0))
+        lane, before = self._before.get(ego.id, now)
+        return 0 if lane == ego.lane else now[1] - before
 
 
 def _standing(state: TrafficState) -> dict[str, int]:

@@ -3,13 +3,16 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from baselines.hierarchical.hierarchy import Hierarchy, Low
+from baselines.hierarchical.hierarchy import Hierarchy, Low, Training
 from baselines.hierarchical.local_observation import SIZE, LocalObserver
 from baselines.time_windows.controller import TimeWindows
 from baselines.time_windows.queues import can_stop, to_the_line
 from benchmark.controller import Command
 from benchmark.intersection import Intersection
 from benchmark.state import TrafficState, Vehicle
+
+BRAKING = 1.0
+"""With which refused RVs brake [m/s2]; waited less than ``time-windows`` on validation seeds."""
 
 
 class HierarchicalTuned(Hierarchy):
@@ -21,18 +24,25 @@ class HierarchicalTuned(Hierarchy):
     Args:
         low: who drives under Stop: the learned policy, one that only drives on, or a random one.
         lateral: whether RVs change lanes.
-        weights: of the learned policy; default: what ships.
+        training: which shipped weights it follows; default: the median of three on validation.
+        weights: other weights of the learned policy.
     """
 
     NAME = "hierarchical-tuned"
     SIZE = SIZE
+    MEDIAN = 3
     arbitration = "own"
 
     def __init__(
-        self, *, low: Low = "learned", lateral: bool = True, weights: Path | None = None
+        self,
+        *,
+        low: Low = "learned",
+        lateral: bool = True,
+        training: Training | None = None,
+        weights: Path | None = None,
     ) -> None:
-        super().__init__(low=low, lateral=lateral, weights=weights)
-        self._windows = TimeWindows()
+        super().__init__(low=low, lateral=lateral, training=training, weights=weights)
+        self._windows = TimeWindows(braking=BRAKING)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection and forget what flowed."""

@@ -89,7 +89,7 @@ class TimeWindows(Controller):
         patience: NonNegativeFloat = 240.0,
         later_slots: NonNegativeInt = 6,
         latest_slot: NonNegativeFloat = 3.0,
-        braking: PositiveFloat = 1.0,
+        braking: PositiveFloat = 4.0,
         spread: bool = True,
         spread_from: NonNegativeFloat = 15.0,
         spread_gap: NonNegativeFloat = 7.5,

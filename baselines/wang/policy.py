@@ -3,13 +3,16 @@
 from collections.abc import Mapping
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from benchmark.learning.observation import Layout, Numbers, size
-from benchmark.learning.rollout import Actions
+
+if TYPE_CHECKING:
+    from benchmark.learning.rollout import Actions  # brings the simulation
 
 HIDDEN = (512, 512, 512)  # widths of the hidden layers (Wang et al.)
 ACTIONS = 2  # Stop, Go
@@ -82,7 +85,7 @@ class Greedy:
         expected: Numbers = (chances @ support) / chances.sum(axis=-1)
         return expected
 
-    def __call__(self, observations: Numbers) -> Actions:
+    def __call__(self, observations: Numbers) -> "Actions":
         """The better action for each row."""
         if 0 < len(observations) <= FEW:
             values = np.concatenate([self.values(row[None]) for row in observations])

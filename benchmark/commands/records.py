@@ -24,6 +24,9 @@ def leaderboard(
     rate: Annotated[
         float | None, typer.Option(help="One Markdown table of all scenarios at this rate.")
     ] = None,
+    variants: Annotated[
+        bool, typer.Option(help="Also show controllers with options, as in NAME?option=value.")
+    ] = True,
 ) -> None:
     """Show the leaderboard of a results folder; needs no SUMO."""
     from benchmark import leaderboard, tables
@@ -36,6 +39,7 @@ def leaderboard(
         raise UsageError("--rate makes a Markdown table; leave out --format, or give md")
     folder = records.parent if records.name == "records" else records
     rows = leaderboard.rows(Store(folder, notice=console.notice).read())
+    rows = [row for row in rows if variants or "?" not in row.controller]
     if rate is not None:
         if rate not in (known_rates := sorted({row.rate for row in rows if row.rate is not None})):
             raise UsageError(

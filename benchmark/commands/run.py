@@ -2,15 +2,17 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console
+from benchmark.commands import console, progress
 from benchmark.commands.records import print_leaderboard, write_leaderboard
 from benchmark.errors import UsageError
+from benchmark.isolation.limits import DEFAULT, Limits
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
@@ -35,7 +37,8 @@ def run(
         list[str] | None,
         typer.Option(
             "--controller",
-            help="Repeatable; NAME or NAME?option=value&option=value; default: the suite's or all.",
+            help="Repeatable; NAME, file.py:Class or package.module:Class, options as in "
+            "NAME?option=value&option=value; default: the suite's or all.",
         ),
     ] = None,
     rate: Annotated[
@@ -56,6 +59,25 @@ def run(
         bool,
         typer.Option("--log-actions", help="Also write commands, to OUT/actions, for `replay`."),
     ] = False,
+    isolate: Annotated[
+        bool | None,
+        typer.Option(
+            "--isolate/--no-isolate",
+            help="Controllers in processes of their own; default: those that are not installed.",
+        ),
+    ] = None,
+    step_limit: Annotated[
+        float, typer.Option(min=0.001, help="Isolated: wall time for an answer [s].")
+    ] = Limits.step,
+    start_limit: Annotated[
+        float, typer.Option(min=0.001, help="Isolated: wall time to import, and to reset [s].")
+    ] = Limits.start,
+    answers_limit: Annotated[
+        float, typer.Option(min=0.001, help="Isolated: wall time for an episode's answers [s].")
+    ] = Limits.episode,
+    memory_limit: Annotated[
+        int, typer.Option(min=256, help="Isolated: address space [MB].")
+    ] = Limits.memory,
 ) -> None:
     """Run episodes, append their records and print the leaderboard."""
     from benchmark import action_log, leaderboard, suite
@@ -69,7 +91,10 @@ def run(
         controller or [],
         rate or [],
         seed or range(1, (seeds or 0) + 1),
+        isolate,
+        Limits(step_limit, start_limit, answers_limit, memory_limit),
     )
+    _say_what_isolation_lacks(chosen)
     store.prepare()
     actions = action_log.folder_in(out) if log_actions else None
     if actions is not None:
@@ -79,7 +104,7 @@ def run(
     rows = leaderboard.rows(store.read())
     write_leaderboard(rows, out)
     print_leaderboard(rows, out)
-    _report_failures(records)
+    report_failures(records)
     if any(record.status not in ("ok", "skipped") for record in records):
         raise typer.Exit(1)
 
@@ -89,6 +114,8 @@ def choose(
     controllers: Sequence[str],
     rates: Sequence[float],
     seeds: Sequence[int],
+    isolate: bool | None = None,
+    limits: Limits = DEFAULT,
 ) -> "list[Episode]":
     """The episodes that were asked for; what was left open is the suite's, or the default."""
     from benchmark import catalogue, suite, suite_file
@@ -96,27 +123,43 @@ def choose(
     declared = suite_file.find(references)
     if declared is None:
         scenarios = catalogue.find(references, also=suite_file.shipped())
-        controllers = controllers or _usable_controllers()
+        controllers = controllers or _usable_controllers(isolate, limits)
     else:
         scenarios = declared.load_scenarios()
-        controllers = controllers or declared.checked_controllers()
+        controllers = controllers or declared.checked_controllers(isolate, limits)
         rates = rates or declared.rates or ()
         seeds = seeds or range(1, (declared.seeds or 0) + 1)
     once = dict.fromkeys
     return suite.episodes(
-        scenarios, list(once(controllers)), list(once(rates)) or None, list(once(seeds)) or None
+        scenarios,
+        list(once(controllers)),
+        list(once(rates)) or None,
+        list(once(seeds)) or None,
+        isolate=isolate,
+        limits=limits,
     )
 
 
-def _usable_controllers() -> list[str]:
+def _say_what_isolation_lacks(chosen: "Sequence[Episode]") -> None:
+    """Name what an isolated controller can do on this system all the same."""
+    from benchmark.isolation import sandbox
+    from benchmark.isolation.remote import isolated
+
+    if any(isolated(one.controller, one.isolate) for one in chosen):
+        for deed in sandbox.missing():
+            console.notice(f"on this system isolated controllers can {deed}")
+
+
+def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
     """All installed controllers but those that cannot be loaded, which are named."""
     from benchmark import plugins
     from benchmark.errors import ControllerError
+    from benchmark.isolation.remote import look
 
     usable = []
     for name in plugins.discovered():
         try:
-            plugins.load(name)
+            look(name, isolate, limits)
         except ControllerError as error:
             console.notice(f"{error}; left out")
         else:
@@ -135,27 +178,15 @@ def run_with_progress(
         store: where records go.
         actions: the folder for action logs, if any are wanted.
     """
-    from rich import progress
+    from benchmark import replay
 
-    from benchmark import episode, replay, suite
-
-    work = episode.run if actions is None else partial(replay.run_logged, folder=actions)
+    work = None if actions is None else partial(replay.run_logged, folder=actions)
     records = []
-    columns = (
-        progress.TextColumn("{task.completed}/{task.total} episodes"),
-        progress.BarColumn(),
-        progress.TaskProgressColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-    )
     try:
-        with progress.Progress(*columns, console=console.stderr()) as bar:
-            task = bar.add_task("", total=len(chosen))
-            for record in suite.run_all(chosen, workers, work=work):
+        with closing(progress.run_all(chosen, workers, work)) as running:
+            for record in running:
                 store.append(record)
                 records.append(record)
-                bar.advance(task)
     except KeyboardInterrupt:
         console.notice(
             f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
@@ -165,7 +196,7 @@ def run_with_progress(
     return records
 
 
-def _report_failures(records: "Sequence[Record]") -> None:
+def report_failures(records: "Sequence[Record]") -> None:
     """Name each kind of failure once, with an episode that shows it."""
     seen: dict[tuple[str, str, str], list[Record]] = {}
     for record in records:

@@ -112,9 +112,8 @@ def verify(
         ),
     ] = None,
     run_code: Annotated[
-        bool,
-        typer.Option("--run-code", help="Also run code that the bundle brings, if need be."),
-    ] = False,
+        bool, typer.Option(help="Run code that the bundle brings, in a process of its own.")
+    ] = True,
     out: Annotated[
         Path | None, typer.Option(help="Append an accepted bundle's records to this folder.")
     ] = None,

@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmark import suite_file
 from benchmark.paper.published import FOLDER, INTERSECTIONS, RATES, cells
 from benchmark.paper.samples import Samples, canonical
 from benchmark.suite_file import Suite
 from benchmark.tables import percent
 
 SEEDS = 20  # where the suite names none
-SUITE = Path(__file__).with_name("suite.toml")  # of all that the tables and figures show
+SUITE = suite_file.FOLDER / "paper.toml"  # of all that the tables and figures show
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmark.paper import missing, tables
+from benchmark.paper import missing, tables, worth
 from benchmark.paper.published import FIGURE_RATE, INTERSECTIONS, SIGNAL, WANG
 from benchmark.paper.reductions import against
 from benchmark.paper.samples import Samples
@@ -36,9 +36,9 @@ BANDS = """\
 Means over seeds of the share of left and cross lanes without an RV, with 95 % intervals as bands;
 below, its mean over the evaluation window."""
 
-RANDOM = """\
-Difference to the same hierarchy with a low level at random (`hierarchical?low=random`), paired by
-seed; below zero is better. n.s. as above."""
+WORTH = """\
+Differences between the same top above two low levels, paired by seed; below zero is better, n.s. as
+above. The last line is the mean over the cells, by seed."""
 
 
 def report(samples: Samples, suite: Suite, folder: Path, example: str) -> str:
@@ -93,9 +93,12 @@ def _details(samples: Samples) -> Iterator[str]:
     for intersection in INTERSECTIONS:
         yield f"### Intersection {intersection}"
         yield tables.ablation_table(samples, intersection)
-    yield "### The low level against a random one"
-    yield RANDOM
-    yield tables.against_random(samples)
+    yield "### What the low level is worth"
+    yield WORTH
+    yield worth.legend()
+    for key, words in (("average_waiting_time", "Waiting"), ("travel_time", "Travel time")):
+        yield f"{words} [s]:"
+        yield worth.table(samples, key)
     yield f"## Unregulated lanes at {percent(FIGURE_RATE)} RVs"
     yield f"![Share of unregulated lanes over time]({UNREGULATED})"
     yield BANDS

@@ -15,7 +15,7 @@ from benchmark.paper.published import (
 )
 from benchmark.paper.reductions import Reduction, Summary, summary, summary_of_paper
 from benchmark.paper.samples import Samples
-from benchmark.statistics import Estimate, estimates
+from benchmark.statistics import Estimate
 from benchmark.tables import figure, percent
 
 RANDOM = "hierarchical?low=random"
@@ -28,6 +28,13 @@ PARTS = {
     "hierarchical?lateral=false": "no lane changes",
     "hierarchical?zones=false": "no speed zones",
     "hierarchical?top=go": "everybody told to Go",
+    "hierarchical?training=1": "another training seed",
+    "hierarchical?training=2": "another training seed",
+    f"{TUNED}?training=1": "another training seed",
+    f"{TUNED}?training=2": "another training seed",
+    f"{TUNED}?lateral=false&low=forward": "time windows, nothing below",
+    f"{TUNED}?low=random": "time windows, low level at random",
+    "time-windows?braking=1": "time windows, their own lane changes",
 }
 """What is left of the hierarchy, for people."""
 
@@ -74,10 +81,11 @@ def _share(estimate: Estimate | None) -> str:
     if estimate is None:
         return "-"
     star = "" if estimate.mean > 0 else r" \*"
-    return f"{figure(_scaled(estimate, 100), 1)}{star}{_doubt(estimate)}"
+    return f"{figure(_scaled(estimate, 100), 1)}{star}{doubt(estimate)}"
 
 
-def _doubt(estimate: Estimate) -> str:
+def doubt(estimate: Estimate) -> str:
+    """A mark where the interval does not exclude zero."""
     return "" if estimate.excludes_zero else " n.s."
 
 
@@ -146,29 +154,6 @@ def _parts(samples: Samples) -> list[str]:
         one for one in samples.controllers if one.partition("?")[0] in METHODS and "?" in one
     ]
     return list(dict.fromkeys([*PARTS, *options]))
-
-
-def against_random(samples: Samples) -> str:
-    """What the low level is worth: the difference to a random one, paired by seed [s]."""
-    columns = [
-        (key, method) for key in ("average_waiting_time", "travel_time") for method in METHODS
-    ]
-    body = []
-    for cell in published.cells():
-        found = [_difference(samples, key, method, cell) for key, method in columns]
-        if set(found) != {"-"}:
-            body.append([cell[0], percent(cell[1]), *found])
-    words = {"average_waiting_time": "waiting", "travel_time": "travel time"}
-    head = [f"{words[key]} [s], {code(method)}" for key, method in columns]
-    return markdown(["intersection", "RVs", *head], body, words=1)
-
-
-def _difference(samples: Samples, key: str, method: str, cell: Cell) -> str:
-    ours, theirs = samples.paired(key, (method, RANDOM), *cell)
-    if not ours:
-        return "-"
-    (found,) = estimates([[one - other for one, other in zip(ours, theirs, strict=True)]])
-    return f"{figure(found, 1)}{_doubt(found)}"
 
 
 def unregulated_table(samples: Samples) -> str:

@@ -3,18 +3,17 @@
 import contextlib
 import random
 import re
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 import numpy.typing as npt
 
-from benchmark import plugins, replay, suite
-from benchmark.episode import Episode, run
+from benchmark import naming, plugins, replay, suite
+from benchmark.episode import Episode, run, run_with
 from benchmark.errors import RightOfWayError
+from benchmark.isolation.remote import Remote
 from benchmark.record import Record
 from benchmark.submission import code
 from benchmark.submission.checks import LAST_SEED, Bundle, Check, verdict
@@ -27,18 +26,20 @@ PERMUTATIONS = 9999
 
 @dataclass(frozen=True)
 class Runner:
-    """How a submitted controller can be run here."""
+    """How a submitted controller can be run here.
+
+    Code that a bundle brings runs in a process of its own, as all that nobody here has read.
+    """
 
     reference: str
-    path: tuple[str, ...] = ()  # folders to import from, before all others
+    path: tuple[str, ...] = ()  # folders of the bundle that it is imported from
 
     def __call__(self, episode: Episode) -> Record:
         """Run an episode under it, in a worker process."""
-        for folder in reversed(self.path):
-            if folder not in sys.path:
-                sys.path.insert(0, folder)
-                plugins.discovered.cache_clear()
-        return run(replace(episode, controller=self.reference))
+        mine = replace(episode, controller=self.reference)
+        if not self.path:
+            return run(mine)
+        return run_with(lambda: Remote(self.reference, mine.limits, self.path), mine)
 
 
 def runner(folder: Path, said: Manifest, *, run_code: bool) -> Runner | str:
@@ -52,7 +53,7 @@ def runner(folder: Path, said: Manifest, *, run_code: bool) -> Runner | str:
         run_code: whether code that the bundle brings may run.
     """
     reference = _reference(folder, said)
-    name = said.name.partition("?")[0]
+    name = naming.parse(said.name).name
     installed = None
     if name in plugins.discovered():  # never a file or module, which the manifest could choose
         with contextlib.suppress(RightOfWayError):
@@ -63,18 +64,17 @@ def runner(folder: Path, said: Manifest, *, run_code: bool) -> Runner | str:
     if not said.code.included:
         return f"{said.code.source} is {here}, and the bundle brings no code"
     if not run_code:
-        return f"{said.code.source} is {here}; --run-code runs the code that the bundle brings"
+        return f"{said.code.source} is {here}; without --no-run-code what the bundle brings runs"
     return Runner(reference, (str(folder / "code"), str(_installed(folder, said))))
 
 
 def _reference(folder: Path, said: Manifest) -> str:
     """The controller's reference with files of the bundle in place of files elsewhere."""
-    name, _, query = said.name.partition("?")
-    if name.rpartition(":")[0].endswith(".py"):
-        name = str(folder / "code" / name)
-    options = dict(parse_qsl(query, keep_blank_values=True))
+    parts = naming.parse(said.name)
+    options = parts.options()
+    name = parts.placed(folder / "code").name
     options |= {key: str(folder / place) for key, place in said.options.items()}
-    return f"{name}?{urlencode(options)}" if options else name
+    return f"{name}?{naming.query(options)}" if options else name
 
 
 def _installed(folder: Path, said: Manifest) -> Path:

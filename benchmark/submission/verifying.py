@@ -21,7 +21,7 @@ class Wishes:
 
     fresh: int = 2  # seeds to draw
     seeds: Sequence[int] = ()  # in place of drawn ones
-    run_code: bool = False
+    run_code: bool = True
     workers: int = 1
 
 

@@ -79,6 +79,7 @@ def bare_sumo(seed: int) -> list[str]:
         ("virtual-signal", 0.6, 2.0),
         ("time-windows", 0.6, 2.5),
         ("wang", 0.6, 2.5),
+        ("hierarchical", 0.6, 3.0),
     ],
 )
 def test_an_episode_takes_little_longer_than_bare_sumo(

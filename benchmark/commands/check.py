@@ -1,0 +1,113 @@
+"""The command ``rightofway check``: scenarios, or ``check controller`` for controllers."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchmark.commands import console
+from benchmark.errors import UsageError
+
+if TYPE_CHECKING:
+    from benchmark.conformance import Result
+
+CONTROLLER = "controller"  # the word that turns what follows into controllers
+STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
+
+
+def check(
+    what: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO... | controller NAME...",
+            help="Scenarios as files, folders or shipped names; or the word controller, then "
+            "controllers as NAME, file.py:Class or package.module:Class, with options or without.",
+        ),
+    ],
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option(help="Repeatable; where controllers are checked; default: smoke."),
+    ] = None,
+) -> None:
+    """Say what is wrong with scenarios, or with controllers.
+
+    Scenarios are validated, built and routed. Lines that begin with ! are findings; what cannot
+    run at all is an error with exit code 2.
+
+    Controllers go through the conformance kit: whether they keep to the contract, repeat
+    themselves, forget, and how long they take. Exit code 1: some check failed.
+    """
+    if what[0] != CONTROLLER or (what == [CONTROLLER] and Path(CONTROLLER).exists()):
+        if scenario:
+            raise UsageError("--scenario goes with `check controller`; give scenarios as they are")
+        _check_scenarios(what)
+        return
+    if len(what) == 1:
+        raise UsageError("which controller? Expected rightofway check controller NAME")
+    _check_controllers(what[1:], scenario or ["smoke"])
+
+
+def _check_scenarios(references: Sequence[str]) -> None:
+    from rich.table import Table
+
+    from benchmark import catalogue
+    from benchmark.inspection import inspect
+
+    for one in catalogue.find(references):
+        found = inspect(one)
+        table = Table(
+            *("movement", "veh (counts)", "veh (routes)", "share (counts)", "share (routes)"),
+            "saturation",
+            title=f"{one.name} {one.hash[:12]}, network {found.network_hash[:12]}",
+            title_justify="left",
+        )
+        for share in found.shares:
+            degree = found.saturation.get(share.movement)
+            table.add_row(
+                *(share.movement, f"{share.expected_vehicles:.0f}", str(share.vehicles)),
+                *(f"{share.wanted:.1%}", f"{share.realised:.1%}"),
+                "-" if degree is None else f"{degree:.2f}",
+            )
+        console.stdout().print(table)
+        for finding in found.findings:
+            console.stdout().print(f"[yellow]![/] {console.literal(finding)}", soft_wrap=True)
+        count = len(found.findings)
+        console.stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
+
+
+def _check_controllers(references: Sequence[str], scenarios: Sequence[str]) -> None:
+    from benchmark import plugins
+    from benchmark.conformance import check_controller
+
+    found = [plugins.find(one) for one in dict.fromkeys(references)]  # all, before any is run
+    failed = 0
+    for plugin in found:
+        results = check_controller(plugin.reference, scenarios)
+        _print(f"{plugin.label} ({plugins.provenance(plugin.reference)})", results)
+        failed += any(one.status == "failed" for one in results)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _print(title: str, results: "Sequence[Result]") -> None:
+    from rich.table import Table
+
+    table = Table(
+        "check", "scenario", "verdict", "why", title=console.literal(title), title_justify="left"
+    )
+    for check, scenarios, status, words in _gathered(results):
+        style = STYLES[status]
+        table.add_row(check, "\n".join(scenarios), f"[{style}]{status}[/]", console.literal(words))
+    console.stdout().print(table)
+    count = {status: sum(one.status == status for one in results) for status in STYLES}
+    known = ", ".join(f"{number} {status}" for status, number in count.items() if number)
+    console.stdout().print(f"{known}\n")
+
+
+def _gathered(results: "Iterable[Result]") -> list[tuple[str, list[str], str, str]]:
+    """Results with the scenarios on which they are the same put together."""
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for one in results:
+        rows.setdefault((one.check, one.status, one.words), []).append(one.scenario)
+    return [(check, where, status, words) for (check, status, words), where in rows.items()]

@@ -1,0 +1,122 @@
+"""The command ``rightofway reference``."""
+
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchmark.commands import console, progress, suites
+from benchmark.commands.run import report_failures
+from benchmark.errors import UsageError
+
+if TYPE_CHECKING:
+    from benchmark.git_state import GitState
+    from benchmark.provenance import Provenance
+    from benchmark.record import Record
+    from benchmark.suite_file import Suite
+
+app = typer.Typer(
+    name="reference",
+    help="The reference that `rightofway regress` compares with.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@app.callback()
+def _root() -> None:  # with a callback, a single command keeps its name
+    pass
+
+
+@app.command()
+def update(
+    suite: Annotated[str, typer.Option(help="A suite's file or shipped name.")] = "regression",
+    out: Annotated[Path, typer.Option(help="The reference's folder.")] = Path("results/reference"),
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
+    ] = None,
+    allow_dirty: Annotated[
+        bool, typer.Option("--allow-dirty", help="Also where something is not committed.")
+    ] = False,
+    allow_failures: Annotated[
+        bool, typer.Option("--allow-failures", help="Also where an episode is not ok.")
+    ] = False,
+) -> None:
+    """Run a suite and make its records the reference; the old one stays until all is done."""
+    from benchmark import reference
+    from benchmark import suite as runner
+
+    declared = suites.find(suite)
+    chosen = suites.episodes_of(declared)
+    reference.check_target(out)
+    state = _git_state(out, allow_dirty)
+    runner.prepare(chosen)
+    records: list[Record] = []
+    try:
+        with closing(progress.run_all(chosen, workers or os.cpu_count() or 1)) as running:
+            records += running
+    except KeyboardInterrupt:
+        console.notice(f"stopped; {out} is as it was")
+        raise
+    report_failures(records)
+    failed = sum(record.status not in ("ok", "skipped") for record in records)
+    if failed and not allow_failures:
+        console.notice(
+            f"{failed} of {len(records)} episodes are not ok, which a check would take as "
+            f"given from now on; nothing was written. --allow-failures writes to {out} all the same"
+        )
+        raise typer.Exit(1)
+    reference.write(out, records, _provenance(suite, declared, records, state))
+    typer.echo(f"{out}: {len(records)} records")
+
+
+def _git_state(out: Path, allow_dirty: bool) -> "GitState | None":
+    """The commit that the reference will name.
+
+    Raises:
+        UsageError: something is not committed, and that was not allowed.
+    """
+    from benchmark.git_state import git_state
+
+    try:
+        state = git_state(Path.cwd(), besides=out)
+    except UsageError as error:
+        if not allow_dirty:
+            raise
+        console.notice(f"{error}\nthe reference will name no commit")
+        return None
+    if state is None:
+        console.notice("not in a git repository: the reference will name no commit")
+    elif state.uncommitted and not allow_dirty:
+        shown = ", ".join(state.uncommitted[:5])
+        more = f" and {len(state.uncommitted) - 5} more" if len(state.uncommitted) > 5 else ""
+        raise UsageError(
+            f"not committed: {shown}{more}; a reference names the commit that made it, so commit "
+            "or stash first, or give --allow-dirty"
+        )
+    return state
+
+
+def _provenance(
+    name: str, declared: "Suite", records: "Sequence[Record]", state: "GitState | None"
+) -> "Provenance":
+    from benchmark import provenance
+    from benchmark.provenance import Git, Provenance
+
+    git = Git(commit=state.commit, dirty=bool(state.uncommitted)) if state else None
+    return Provenance(
+        made=provenance.now(),
+        command=shlex.join(["rightofway", *sys.argv[1:]]),
+        suite=name,
+        suite_hash=provenance.hash_of(declared),
+        episodes=len(records),
+        records_hash="",  # of what is written, which is not yet
+        platform=provenance.this_platform(),
+        versions=provenance.versions(records[0].versions),
+        git=git,
+    )

@@ -1,0 +1,46 @@
+"""Suites that a command's option names."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmark.errors import UsageError
+
+if TYPE_CHECKING:
+    from benchmark.episode import Episode
+    from benchmark.suite_file import Suite
+
+
+def find(name: str) -> "Suite":
+    """The suite of that name, or in that file.
+
+    Raises:
+        UsageError: there is none.
+        SuiteError: it is not valid.
+    """
+    from benchmark import suite_file
+    from benchmark.validation import nearest
+
+    found = suite_file.find([name])
+    if found is None and Path(name).is_file():
+        found = suite_file.load(Path(name))  # says what is wrong with it
+    if found is None:
+        raise UsageError(
+            f'--suite "{name}": neither a file nor shipped{nearest(name, suite_file.shipped())}'
+        )
+    return found
+
+
+def episodes_of(declared: "Suite") -> "list[Episode]":
+    """All episodes of a suite.
+
+    Raises:
+        SuiteError: a scenario or controller is not there.
+    """
+    from benchmark import suite
+
+    return suite.episodes(
+        declared.load_scenarios(),
+        declared.checked_controllers(),
+        declared.rates,
+        range(1, declared.seeds + 1) if declared.seeds else None,
+    )

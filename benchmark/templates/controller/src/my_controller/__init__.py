@@ -1,0 +1,1 @@
+"""A controller for Right of Way."""
