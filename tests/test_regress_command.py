@@ -316,7 +316,7 @@ def test_ctrl_c_leaves_the_reference_and_ends_in_exit_code_130(
 ) -> None:
     (one,) = runs([20.0], controller="traffic-light", rate=None)
 
-    def interrupted(*_: object) -> Iterator[Record]:
+    def interrupted(*_: object, **__: object) -> Iterator[Record]:
         yield one
         raise KeyboardInterrupt
 
