@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint bench results reference ablations capacity clean
+.PHONY: run test lint browser bench results site screenshots reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -19,14 +19,18 @@ run: .venv/installed
 	$(PIP) --editable '.[dev]'
 	touch $@ .venv/installed
 
+# Debian's Chromium, in which the tests open the pages.
+browser:
+	@tests/install-chromium.sh
+
 lint: .venv/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-test: lint
-	$(BIN)/pytest --numprocesses 2
+test: lint browser
+	RIGHTOFWAY_TESTS_NEED_CHROMIUM=1 $(BIN)/pytest --numprocesses 2
 
 # Speed, as ratios to the bare simulation; on an idle machine.
 bench: .venv/installed-dev
@@ -37,6 +41,13 @@ results: .venv/installed
 	rm -f results/records/*.jsonl
 	$(BIN)/rightofway run colorado-springs --seeds 20 --out results \
 	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
+
+# The results as pages, and pictures of them for the README.
+site: .venv/installed
+	$(BIN)/rightofway site --records results --output site
+
+screenshots: .venv/installed-dev browser site
+	$(BIN)/python tests/screenshots.py site docs
 
 # What the regression check compares with; commit first, as it names the commit.
 reference: .venv/installed
@@ -59,4 +70,4 @@ capacity: .venv/installed
 	$(BIN)/rightofway capacity --records results/capacity > results/capacity/CAPACITY.md
 
 clean:
-	rm -rf .venv build dist out
+	rm -rf .venv build dist out site

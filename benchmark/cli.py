@@ -18,6 +18,7 @@ from benchmark.commands.reference import app as reference
 from benchmark.commands.regress import regress
 from benchmark.commands.replay import replay
 from benchmark.commands.run import LARGEST_SEED, run
+from benchmark.commands.site import serve, site
 from benchmark.commands.submission import submit, verify
 from benchmark.errors import RightOfWayError, UsageError
 from benchmark.learning.command import train
@@ -144,6 +145,8 @@ app.command()(run)
 app.command()(leaderboard)
 app.command()(capacity)
 app.command()(paper)
+app.command()(site)
+app.command()(serve)
 app.command()(regress)
 app.add_typer(reference)
 app.command()(replay)

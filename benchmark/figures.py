@@ -1,8 +1,10 @@
 """Scenario -> drawing: the intersection from above, its turning counts and its signal program."""
 
+import io
 import textwrap
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +70,7 @@ def draw(scenario: Scenario, target: Path) -> None:
     if form not in FORMATS:
         choices = " or ".join(f".{known}" for known in FORMATS)
         raise UsageError(f'{target}: cannot draw to "{target.suffix}"; use {choices}')
-    with matplotlib.style.context(["default", STYLE]), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+    with _style():
         figure = _figure(scenario)
         metadata = {"Date": None, "Title": _plain(scenario.title)} if form == "svg" else {}
         try:
@@ -80,6 +81,13 @@ def draw(scenario: Scenario, target: Path) -> None:
                 f"{target}: cannot write the drawing: {error.strerror}; "
                 "choose another file with --output"
             ) from error
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    with matplotlib.style.context(["default", STYLE]), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        yield
 
 
 def _plain(words: str) -> str:
@@ -94,25 +102,52 @@ def _lines(words: str, width: int, most: int) -> list[str]:
 class _Sheet:
     """A page in inches from its upper left corner."""
 
-    def __init__(self, height: float) -> None:
-        self.height = height
-        self.figure = Figure(figsize=(WIDTH, height), facecolor="white")
+    def __init__(self, height: float, width: float = WIDTH, ground: str = "white") -> None:
+        self.height, self.width = height, width
+        self.figure = Figure(figsize=(width, height), facecolor=ground)
         FigureCanvasAgg(self.figure)
 
     def axes(self, left: float, top: float, width: float, height: float) -> Axes:
         bottom = self.height - top - height
         return self.figure.add_axes(
-            (left / WIDTH, bottom / self.height, width / WIDTH, height / self.height)
+            (left / self.width, bottom / self.height, width / self.width, height / self.height)
         )
 
     def text(self, left: float, top: float, words: str, **looks: Any) -> None:
-        self.figure.text(left / WIDTH, 1 - top / self.height, words, va="top", **looks)
+        self.figure.text(left / self.width, 1 - top / self.height, words, va="top", **looks)
+
+
+def panels(scenario: Scenario) -> dict[str, str]:
+    """The plan and the turning counts as SVG documents of their own, for pages.
+
+    The same scenario gives the same text.
+
+    Raises:
+        NetworkError: netconvert refuses the scenario's network.
+    """
+    site = _site(scenario)
+    plan = _Sheet(PLAN + STRIP, PLAN, drawing.GROUND)
+    counts = _Sheet(SIDE, SIDE, drawing.GROUND)
+    with _style():
+        _plan(plan, site, 0.0, 0.0)
+        _counts(counts, site, 0.0, 0.0)
+        return {"plan": _svg(plan.figure), "counts": _svg(counts.figure)}
+
+
+def _svg(figure: Figure) -> str:
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
+
+
+def _site(scenario: Scenario) -> Site:
+    built = network.build(scenario)
+    junction = next(iter(built.junctions.values()))
+    return Site(scenario, junction, network.surroundings(built))
 
 
 def _figure(scenario: Scenario) -> Figure:
-    built = network.build(scenario)
-    junction = next(iter(built.junctions.values()))
-    site = Site(scenario, junction, network.surroundings(built))
+    site = _site(scenario)
     title = _lines(scenario.title, width=88, most=3)
     foot = _footer(scenario)
     top = MARGIN + TITLE_LINE * len(title) + 0.1
@@ -150,7 +185,11 @@ def _window(axes: Axes, site: Site, reach: float) -> None:
 
 def _plan_panel(sheet: _Sheet, site: Site, top: float) -> None:
     _heading(sheet, MARGIN, top, "a", "Plan, lanes and zones")
-    axes = sheet.axes(MARGIN, top + HEADING, PLAN, PLAN)
+    _plan(sheet, site, MARGIN, top + HEADING)
+
+
+def _plan(sheet: _Sheet, site: Site, left: float, top: float) -> None:
+    axes = sheet.axes(left, top, PLAN, PLAN)
     reach = min(max(site.radius + site.intersection.control_zone + 8, NEAREST), FARTHEST)
     _window(axes, site, reach)
     drawing.draw_asphalt(axes, site, drawing.ASPHALT)
@@ -159,7 +198,7 @@ def _plan_panel(sheet: _Sheet, site: Site, top: float) -> None:
     drawing.draw_stop_lines(axes, site)
     for name, frame in site.entrances.items():
         _approach_label(axes, site, name, frame, reach)
-    _legend_strip(sheet, site, top + HEADING + PLAN, reach)
+    _legend_strip(sheet, site, left, top + PLAN, reach)
 
 
 def _extent(words: str, size: float, weight: str = "normal") -> tuple[float, float]:
@@ -185,9 +224,9 @@ def _approach_label(axes: Axes, site: Site, name: str, frame: Frame, reach: floa
     axes.text(place[0], place[1], words, bbox={"linewidth": 1.2, **box}, **looks)
 
 
-def _legend_strip(sheet: _Sheet, site: Site, top: float, reach: float) -> None:
+def _legend_strip(sheet: _Sheet, site: Site, left: float, top: float, reach: float) -> None:
     """Zones, scale bar and north below the plan, at the plan's scale."""
-    axes = sheet.axes(MARGIN, top, PLAN, STRIP)
+    axes = sheet.axes(left, top, PLAN, STRIP)
     axes.set(xlim=(0, 2 * reach), ylim=(0, 1))
     axes.axis("off")
     swatches = [
@@ -227,7 +266,11 @@ def _counts_panel(sheet: _Sheet, site: Site, top: float) -> None:
     several = len(site.scenario.demand) > 1
     when = f", peak from {period.begin:g} s to {period.end:g} s" if several else ""
     _heading(sheet, left, top, "b", f"Turning counts [veh/h]{when}")
-    axes = sheet.axes(left, top + HEADING, SIDE, SIDE)
+    _counts(sheet, site, left, top + HEADING)
+
+
+def _counts(sheet: _Sheet, site: Site, left: float, top: float) -> None:
+    axes = sheet.axes(left, top, SIDE, SIDE)
     labels = {flow.movement: f"{flow.movement}  {flow.volume:.0f}" for flow in site.flows}
     longest = max(_extent(words, 8)[0] for words in labels.values())
     side = 72 * SIDE  # points

@@ -101,7 +101,8 @@ class Row:
         return self.figures.get(HEADLINE.key)
 
 
-Samples = dict[str, dict[int, float]]  # column -> seed -> value
+Values = dict[int, float]  # seed -> value
+Samples = dict[str, Values]  # column -> values
 
 
 @dataclass
@@ -154,6 +155,16 @@ def rows(records: Iterable[Record]) -> list[Row]:
             )
         )
     return sorted(table, key=_order)
+
+
+def samples(records: Iterable[Record]) -> dict[tuple[str, float | None, str], Samples]:
+    """The values by seed behind each row, by its scenario, rate and controller."""
+    newest = {record.episode: record for record in told_apart(records)}
+    found = {}
+    for cell in _cells(list(newest.values())):
+        scenario, _, rate, controller = cell.key
+        found[scenario, rate, controller] = cell.samples
+    return found
 
 
 def _order(row: Row) -> tuple[str, str, float, float, str]:

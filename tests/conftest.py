@@ -20,6 +20,8 @@ from benchmark.network import Network
 from benchmark.scenario import COMPASS, LETTERS, Scenario, load, parse
 from benchmark.state import Body, Crossing, TrafficState, Vehicle
 
+pytest_plugins = ["browser"]  # fixtures: pages in Chromium
+
 settings.register_profile("suite", deadline=None, derandomize=True)
 settings.load_profile("suite")
 

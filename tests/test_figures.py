@@ -34,6 +34,18 @@ def site_of(name: str) -> drawing.Site:
     return drawing.Site(loaded, junction, network.surroundings(built))
 
 
+def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
+    crossing = scenario.load(SMOKE / "crossing.toml")
+    panels = figures.panels(crossing)
+    words = {
+        name: "".join(ElementTree.fromstring(text).itertext()) for name, text in panels.items()
+    }
+    assert "northbound (N)" in words["plan"]
+    assert f"N-C  {crossing.demand[0].northbound.cross:.0f}" in words["counts"]
+    assert "northbound" not in words["counts"]
+    assert figures.panels(crossing) == panels
+
+
 @pytest.mark.parametrize("path", sorted(SMOKE.glob("*.toml")), ids=lambda path: path.stem)
 def test_each_smoke_scenario_shows_its_approaches_counts_and_cycle(
     path: Path, tmp_path: Path

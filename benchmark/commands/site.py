@@ -1,0 +1,109 @@
+"""The commands ``rightofway site`` and ``rightofway serve``."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from benchmark.commands import console
+from benchmark.errors import RightOfWayError, ScenarioError, UsageError
+
+if TYPE_CHECKING:
+    from benchmark.record import Record
+    from benchmark.scenario import Scenario
+
+HIGHEST_PORT = 65535
+
+
+def site(
+    records: Annotated[
+        Path, typer.Option("--records", help="Results folder, or its records folder.")
+    ] = Path("out"),
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pages.")] = Path(
+        "site"
+    ),
+    scenario: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--scenario", help="A file or folder of scenarios of your own; may be repeated."
+        ),
+    ] = None,
+) -> None:
+    """Write the results as pages that open from a file; needs SUMO for drawings only."""
+    from benchmark.site import build, replays
+    from benchmark.site.contents import Contents
+
+    folder = records.parent if records.name == "records" else records
+    build.check_target(output)
+    held = _read(folder)
+    files = _files(held, scenario or ())
+    drawings = _drawings(files)
+    contents = Contents.of(held, files, drawings, replays.find(folder))
+    count = build.build(contents, output)
+    typer.echo(f"{output / 'index.html'}: {count} pages from {len(contents.records)} records")
+
+
+def serve(
+    folder: Annotated[Path, typer.Argument(help="A folder that `rightofway site` wrote.")] = Path(
+        "site"
+    ),
+    port: Annotated[int, typer.Option(min=0, max=HIGHEST_PORT, help="0: any free one.")] = 8000,
+) -> None:
+    """Show a site on this machine, and on this machine only."""
+    from benchmark.site.server import server
+
+    with server(folder, port) as running:
+        typer.echo(f"http://127.0.0.1:{running.server_port}/ (Ctrl-C ends it)")
+        try:
+            running.serve_forever()
+        except KeyboardInterrupt:
+            typer.echo("")
+
+
+def _read(folder: Path) -> "list[Record]":
+    """The records of a results folder; none where it has none yet."""
+    from benchmark.store import Store
+
+    store = Store(folder, notice=console.notice)
+    if not folder.is_dir():
+        raise UsageError(
+            f"{folder}: no such folder; make records with `rightofway run --out {folder}`"
+        )
+    if not store.records_folder.is_dir() or not any(store.records_folder.iterdir()):
+        console.notice(f"{folder}: no records here, so the pages are empty")
+        return []
+    return store.read()
+
+
+def _files(records: "Iterable[Record]", given: Iterable[str]) -> "Mapping[str, Scenario]":
+    """The scenarios of records by hash, as far as their files are at hand and unchanged."""
+    from benchmark import catalogue
+
+    found = {one.hash: one for one in catalogue.find(given)}
+    wanted = sorted({(record.scenario, record.scenario_hash) for record in records})
+    for name, scenario_hash in wanted:
+        if scenario_hash in found:
+            continue
+        try:
+            candidates = catalogue.find([name])
+        except ScenarioError:
+            continue  # its page says that the file is not at hand
+        found |= {one.hash: one for one in candidates if one.name == name}
+    return {one: found[one] for _, one in wanted if one in found}
+
+
+def _drawings(files: "Mapping[str, Scenario]") -> dict[str, dict[str, str]]:
+    """Plans and turning counts as SVG, where SUMO can build the network."""
+    found = {}
+    for scenario_hash, scenario in files.items():
+        try:
+            from benchmark import figures
+
+            found[scenario_hash] = figures.panels(scenario)
+        except ImportError as error:  # of SUMO's packages, which come in only when it is run
+            console.notice(f"no drawings, as they need SUMO: {error}")
+            break
+        except RightOfWayError as error:
+            console.notice(f"{scenario.name}: no drawing: {error}")
+    return found

@@ -1,0 +1,1 @@
+"""The results site: static pages from records alone, which open from a file without a network."""

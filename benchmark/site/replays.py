@@ -1,0 +1,69 @@
+"""Replays that lie in a results folder, and whom they show."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+
+FOLDER = "replays"
+HEAD = 65536  # characters in which a page says what it shows
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A page that plays one episode, or several side by side."""
+
+    path: Path
+    title: str
+    scenarios: tuple[str, ...] = ()
+    controllers: tuple[str, ...] = ()
+
+    @property
+    def address(self) -> str:
+        """Where the site has it."""
+        return f"{FOLDER}/{self.path.name}"
+
+
+def find(results: Path) -> list[Replay]:
+    """The replays of a results folder, by name: ``replays/*.html``.
+
+    A page says whom it shows in its head, in one or more
+    ``<meta name="rightofway:scenario" content="...">`` and ``<meta name="rightofway:controller">``.
+    """
+    return list(_replays(results / FOLDER))
+
+
+def _replays(folder: Path) -> Iterator[Replay]:
+    for path in sorted(folder.glob("*.html")):
+        with path.open(encoding="utf-8", errors="replace") as file:
+            head = _Head()
+            head.feed(file.read(HEAD))
+        yield Replay(
+            path,
+            " ".join("".join(head.title).split()) or path.stem,
+            tuple(head.said["rightofway:scenario"]),
+            tuple(head.said["rightofway:controller"]),
+        )
+
+
+class _Head(HTMLParser):
+    """Reads the title and what a replay says of itself."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.title: list[str] = []
+        self.said: dict[str, list[str]] = {"rightofway:scenario": [], "rightofway:controller": []}
+        self._in_title = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._in_title = tag == "title" and not self.title
+        given = dict(attrs)
+        if tag == "meta" and given.get("name") in self.said:
+            self.said[given["name"] or ""].append(given.get("content") or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        self._in_title = False
+
+    def handle_data(self, data: str) -> None:
+        if self._in_title:
+            self.title.append(data)
