@@ -1,21 +1,42 @@
-"""Many runs: which episodes a study holds, and worker processes that run them."""
+"""Many runs: which episodes a study holds, and who runs them."""
 
-import tempfile
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future, as_completed
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import closing
+from typing import Protocol
 
 from benchmark import demand, network, signals
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError, RightOfWayError
+from benchmark.episode import Episode
+from benchmark.errors import ControllerError
 from benchmark.isolation.channel import Declared
 from benchmark.isolation.limits import DEFAULT, Limits
 from benchmark.isolation.remote import look
+from benchmark.local import LocalPool
+from benchmark.outcome import TIME_LIMIT
 from benchmark.plugins import Plugin
 from benchmark.record import Record
 from benchmark.scenario import Scenario
-from benchmark.workers import pool
 
-TIME_LIMIT = 600.0  # s of wall time for one episode
+
+class Executor(Protocol):
+    """Runs episodes somewhere: in processes of this machine, or on a cluster.
+
+    An episode that crashes or takes too long is tried once more (``benchmark.outcome``), and what
+    befalls it is in its record: ``run`` raises only where nothing can be run any more.
+    """
+
+    def run(self, episodes: Sequence[Episode]) -> Generator[tuple[Episode, Record], None, None]:
+        """Yield each episode with its record as it ends, starting them in the order given.
+
+        Closing the generator stops at once, in the middle of episodes.
+        """
+        ...
+
+    def drain(self) -> None:
+        """Start no more episodes; ``run`` ends with those under way.
+
+        May be called from a signal's handler.
+        """
+        ...
 
 
 def episodes(
@@ -87,46 +108,13 @@ def prepare(chosen: Sequence[Episode]) -> None:
 def run_all(
     chosen: Sequence[Episode], workers: int, time_limit: float = TIME_LIMIT
 ) -> Iterator[Record]:
-    """Run episodes in worker processes; yields each record as its episode ends.
-
-    A worker that crashes or exceeds the time limit costs only its episode, whose record says so.
+    """Run episodes in worker processes here; yields each record as its episode ends.
 
     Args:
         chosen: what to run.
         workers: processes side by side.
-        time_limit: wall time for one episode [s].
+        time_limit: wall time for one try at an episode [s].
     """
-    with (
-        tempfile.TemporaryDirectory(prefix="rightofway-") as folder,
-        pool(workers, _keep_files_in, folder) as started,
-    ):
-        futures: dict[Future[Record], Episode] = {
-            started.schedule(run, args=(episode,), timeout=time_limit): episode
-            for episode in chosen
-        }
-        try:
-            for future in as_completed(futures):
-                yield _record(future, futures[future], time_limit)
-        except BaseException:  # the caller stops early, by Ctrl-C for one
-            started.stop()  # type: ignore[no-untyped-call]
-            raise
-
-
-def _keep_files_in(folder: str) -> None:
-    """A worker that is killed cannot clear its temporary files away; the parent does."""
-    tempfile.tempdir = folder
-
-
-def _record(future: Future[Record], episode: Episode, time_limit: float) -> Record:
-    from pebble import ProcessExpired
-
-    try:
-        return future.result()
-    except TimeoutError:
-        return episode.record("timed out", reason=f"not done after {time_limit:g} s")
-    except ProcessExpired as error:
-        return episode.record("crashed", reason=f"the worker process died ({error.exitcode})")
-    except RightOfWayError as error:
-        return episode.record("failed", reason=str(error))
-    except Exception as error:  # SUMO's own errors in mid-episode, for one
-        return episode.record("crashed", reason=f"{type(error).__name__}: {error}")
+    with closing(LocalPool(workers, time_limit).run(chosen)) as running:
+        for _, record in running:
+            yield record

@@ -1,0 +1,35 @@
+"""What becomes of an episode that ended without a record of its own, wherever it ran."""
+
+from benchmark.episode import Episode
+from benchmark.errors import RightOfWayError
+from benchmark.record import Record
+
+TIME_LIMIT = 600.0  # s of wall time for one try at an episode
+TRIES = 2
+
+
+def is_settled(record: Record) -> bool:
+    """Whether to try again would be of no use: a controller's own fault comes again.
+
+    An episode that crashed or took too long may be the victim of something else, such as a machine
+    short of memory.
+    """
+    return record.status not in ("crashed", "timed out")
+
+
+def died(episode: Episode, how: str) -> Record:
+    """The record of an episode whose process ended in the middle, in ``how`` with its signal."""
+    return episode.record("crashed", reason=f"the worker process died ({how})")
+
+
+def too_slow(episode: Episode, time_limit: float) -> Record:
+    """The record of an episode that was stopped after the time limit [s]."""
+    return episode.record("timed out", reason=f"not done after {time_limit:g} s")
+
+
+def raised(episode: Episode, error: BaseException) -> Record:
+    """The record of an episode whose run ended in an exception."""
+    if isinstance(error, RightOfWayError):
+        return episode.record("failed", reason=str(error))
+    # SUMO's own errors in mid-episode, for one
+    return episode.record("crashed", reason=f"{type(error).__name__}: {error}")
