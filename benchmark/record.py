@@ -91,6 +91,9 @@ class Record(Entry):
         None, description="distribution and version; a file's name and SHA-256"
     )
     weights_hash: str | None = None
+    identity: str | None = Field(
+        None, description="SHA-256 of all that determines the figures; null in older records"
+    )
     versions: Versions
     junctions: dict[str, JunctionMetrics] = {}
     trips: TripMetrics | None = None
@@ -108,7 +111,12 @@ class Record(Entry):
     @property
     def file_hash(self) -> str:
         """SHA-256 of the file that its controller came from; empty for one that is installed."""
-        return (self.controller_from or "").partition(" sha256:")[2]
+        return file_hash(self.controller_from)
+
+
+def file_hash(controller_from: str | None) -> str:
+    """The SHA-256 in what says where a controller came from, empty without one."""
+    return (controller_from or "").partition(" sha256:")[2]
 
 
 def told_apart(records: Iterable[Record]) -> list[Record]:
