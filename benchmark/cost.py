@@ -53,7 +53,7 @@ def _keys(scenario: str, controller: str, rate: float | None) -> tuple[Key, Key]
 
 
 class _Guess:
-    """How long episodes take of which nothing is known; scenarios and controllers looked at once."""
+    """How long episodes take that never ran; scenarios and controllers are looked at once."""
 
     def __init__(self) -> None:
         self._vehicles: dict[str, float] = {}

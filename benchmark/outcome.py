@@ -1,9 +1,12 @@
 """What becomes of an episode that ended without a record of its own, wherever it ran."""
 
+import logging
+
 from benchmark.episode import Episode
 from benchmark.errors import RightOfWayError
 from benchmark.record import Record
 
+LOG = logging.getLogger("rightofway.suite")
 TIME_LIMIT = 600.0  # s of wall time for one try at an episode
 TRIES = 2
 
@@ -15,6 +18,17 @@ def is_settled(record: Record) -> bool:
     short of memory.
     """
     return record.status not in ("crashed", "timed out")
+
+
+def log_retry(record: Record) -> None:
+    """Say that an episode which came to this is tried once more."""
+    LOG.info("tried again", extra={"facts": facts(record)})
+
+
+def facts(record: Record) -> dict[str, object]:
+    """What a line of a log says of a record."""
+    names = {"scenario", "controller", "rate", "seed", "status", "reason", "wall_time", "identity"}
+    return record.model_dump(mode="json", include=names)
 
 
 def died(episode: Episode, how: str) -> Record:
