@@ -1,0 +1,158 @@
+"""One worker process for episodes, supervised on its own: it may crash, hang, leak or be killed."""
+
+import signal
+import sys
+import tempfile
+import threading
+import time as clock
+from concurrent.futures import CancelledError, Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmark import outcome
+from benchmark.episode import Episode, run
+from benchmark.record import Record
+from benchmark.workers import pool
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
+
+LEAK = 1024.0  # MB that a process may grow by before another takes its place
+GLANCE = 1.0  # s between looks at whether a process is being supervised still
+
+
+class Worker:
+    """One process that runs one episode after the other, and is replaced when it dies or hangs.
+
+    A pool of its own for each: a process that is killed while it talks to its pool leaves locks
+    and half a message behind, which must not hurt its neighbours.
+
+    Args:
+        folder: for temporary files, as a process that is killed cannot clear its own away.
+        time_limit: wall time for one try at an episode [s].
+    """
+
+    def __init__(self, folder: str, time_limit: float = outcome.TIME_LIMIT) -> None:
+        self._folder, self._time_limit = folder, time_limit
+        self._pool: ProcessPool | None = None
+        self._future: Future[Done] | None = None
+        self._cancelled, self._lock = False, threading.Lock()
+
+    def run(self, episode: Episode) -> Record:
+        """Run an episode; one that crashes or takes too long is tried once more.
+
+        Raises:
+            CancelledError: ``cancel`` was called.
+        """
+        record = self._try(episode)
+        for _ in range(outcome.TRIES - 1):
+            if outcome.is_settled(record):
+                break
+            outcome.log_retry(record)
+            record = self._try(episode)
+        return record
+
+    def cancel(self) -> None:
+        """Let ``run`` end at once, and run nothing any more; from any thread."""
+        with self._lock:
+            self._cancelled = True
+            if self._future is not None:
+                self._future.cancel()
+
+    def close(self) -> None:
+        """End the process; the next episode gets another."""
+        if self._pool is not None:
+            self._pool.stop()  # type: ignore[no-untyped-call]
+            self._pool.join()
+            self._pool = None
+
+    def _try(self, episode: Episode) -> Record:
+        from pebble import ProcessExpired
+
+        try:
+            done = self._wait_for(self._schedule(episode))
+        except TimeoutError:
+            record = outcome.too_slow(episode, self._time_limit)
+        except ProcessExpired as error:
+            record = outcome.died(episode, _how(error.exitcode))
+        except BrokenProcessPool:
+            record = outcome.died(episode, "before it could begin")
+        except CancelledError:
+            raise
+        except Exception as error:
+            record = outcome.raised(episode, error)
+        else:
+            if done.growth <= LEAK:
+                return done.record
+            record = done.record
+        self.close()
+        return record
+
+    def _schedule(self, episode: Episode) -> "Future[Done]":
+        if self._pool is not None and not self._pool.active:  # it died between two episodes
+            self.close()
+        if self._pool is None:
+            self._pool = pool(1, _begin, self._folder)
+        with self._lock:
+            if self._cancelled:
+                raise CancelledError
+            self._future = self._pool.schedule(_run, args=(episode,), timeout=self._time_limit)
+            return self._future
+
+    def _wait_for(self, future: "Future[Done]") -> "Done":
+        """What becomes of an episode; also where its process died before it knew of it.
+
+        The pool limits the time from when the process has begun, and forgets what it was given
+        just as it broke.
+        """
+        ended, deadline = threading.Event(), clock.monotonic() + self._time_limit
+        future.add_done_callback(lambda _: ended.set())
+        while not ended.wait(GLANCE):
+            assert self._pool is not None
+            if not self._pool.active:
+                raise BrokenProcessPool
+            if not future.running() and clock.monotonic() > deadline:
+                raise TimeoutError
+        return future.result()
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a process has to say after an episode."""
+
+    record: Record
+    growth: float  # MB, by which the most it ever had in use exceeds what it began with
+
+
+_memory_at_start = 0.0  # MB, of this process where it is a worker
+
+
+def _begin(folder: str) -> None:
+    global _memory_at_start
+    tempfile.tempdir = folder
+    with suppress(OSError):  # where memory runs out, Linux is to end a worker and nothing else
+        Path("/proc/self/oom_score_adj").write_text("1000")
+    _memory_at_start = _peak_memory()
+
+
+def _run(episode: Episode) -> Done:
+    return Done(run(episode), _peak_memory() - _memory_at_start)
+
+
+def _peak_memory() -> float:
+    """The most memory that this process ever had in use [MB]."""
+    try:
+        from resource import RUSAGE_SELF, getrusage
+    except ImportError:  # Windows
+        return 0.0
+    return getrusage(RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
+
+
+def _how(exitcode: int | None) -> str:
+    try:
+        return signal.Signals(-(exitcode or 0)).name
+    except ValueError:
+        return f"exit code {exitcode}"
