@@ -104,6 +104,11 @@ class Record(Entry):
         """What tells episodes apart in a leaderboard: the newest record of each counts."""
         return self.scenario, self.scenario_hash, self.controller, self.rate, self.seed
 
+    @property
+    def is_failure(self) -> bool:
+        """Whether the episode should have had figures and has none."""
+        return self.status not in ("ok", "skipped")
+
     def line(self) -> str:
         """The record as a line of JSON."""
         return self.model_dump_json(by_alias=True) + "\n"

@@ -99,7 +99,8 @@ class Store:
                     raise
         except OSError as error:
             raise StoreError(
-                f"{path}: cannot append a record: {error.strerror}; the records before are whole"
+                f"{path}: cannot append a record: {error.strerror}; "
+                "those before are whole: make room, and the same command goes on from there"
             ) from error
 
     def read(self) -> list[Record]:

@@ -93,7 +93,9 @@ def _told_apart(found: Iterable[Plugin | Declared]) -> Iterator[Plugin | Declare
 
 
 def prepare(chosen: Sequence[Episode]) -> None:
-    """Build every network and demand once, before workers ask for them.
+    """Build every network and one demand on it, so that what cannot be built is refused at once.
+
+    The demands of other seeds are built by the workers that need them.
 
     Raises:
         RightOfWayError: a scenario cannot be built, or its signal endangers.
@@ -101,7 +103,7 @@ def prepare(chosen: Sequence[Episode]) -> None:
     for scenario in {one.scenario.hash: one.scenario for one in chosen}.values():
         if scenario.signal is not None:
             signals.check(scenario, scenario.signal, network.build(scenario))
-    for episode in {(one.scenario.hash, one.seed): one for one in chosen}.values():
+    for episode in {one.scenario.hash: one for one in chosen}.values():
         demand.build(episode.scenario, network.build(episode.scenario), episode.seed)
 
 

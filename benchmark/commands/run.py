@@ -1,22 +1,18 @@
 """The command ``rightofway run``."""
 
-import os
 from collections.abc import Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, progress
+from benchmark.commands import console, failures, log_file, study
 from benchmark.commands.records import print_leaderboard, write_leaderboard
 from benchmark.errors import UsageError
 from benchmark.isolation.limits import Limits
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
-    from benchmark.record import Record
-    from benchmark.store import Store
 
 LARGEST_SEED = 2**31 - 1  # of SUMO
 PAPER = "colorado-springs"
@@ -73,9 +69,22 @@ def run(
     memory_limit: Annotated[
         int, typer.Option(min=256, help="Isolated: address space [MB].")
     ] = Limits.memory,
+    time_limit: Annotated[
+        float, typer.Option(min=0.1, help="Wall time for one try at an episode [s].")
+    ] = 600.0,
+    force: Annotated[
+        bool, typer.Option("--force", help="Also run what the folder holds already.")
+    ] = False,
+    log: Annotated[
+        Path | None, typer.Option("--log-file", help="Append lines of JSON about the run to it.")
+    ] = None,
 ) -> None:
-    """Run episodes, append their records and print the leaderboard."""
-    from benchmark import leaderboard, suite
+    """Run episodes, append their records and print the leaderboard.
+
+    What the folder holds already is not run again.
+    """
+    from benchmark import leaderboard
+    from benchmark.local import LocalPool, cores
     from benchmark.store import Store
 
     if seeds and seed:
@@ -90,14 +99,18 @@ def run(
         Limits(step_limit, start_limit, answers_limit, memory_limit),
     )
     _say_what_isolation_lacks(chosen)
-    store.prepare()
-    suite.prepare(chosen)
-    records = _run_with_progress(chosen, workers or os.cpu_count() or 1, store)
-    rows = leaderboard.rows(store.read())
-    write_leaderboard(rows, out)
-    print_leaderboard(rows, out)
-    report_failures(records)
-    if any(record.status not in ("ok", "skipped") for record in records):
+    executor = LocalPool(workers or cores(), time_limit)
+    with log_file.following(log), store.writing():
+        done = study.run(chosen, executor, store, force=force)
+        if not done.interrupted:
+            rows = leaderboard.rows(store.read())
+            write_leaderboard(rows, out)
+            print_leaderboard(rows, out)
+    failures.report(done.results, out, time_limit)
+    if done.interrupted:
+        console.notice(done.words(len(chosen), store.records_folder, force=force))
+        raise KeyboardInterrupt
+    if any(record.is_failure for _, record in done.results):
         raise typer.Exit(1)
 
 
@@ -157,42 +170,3 @@ def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
         else:
             usable.append(name)
     return usable
-
-
-def _run_with_progress(chosen: "Sequence[Episode]", workers: int, store: "Store") -> "list[Record]":
-    records = []
-    try:
-        with closing(progress.run_all(chosen, workers)) as running:
-            for record in running:
-                store.append(record)
-                records.append(record)
-    except KeyboardInterrupt:
-        console.notice(
-            f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
-            "a new run starts from the beginning"
-        )
-        raise
-    return records
-
-
-def report_failures(records: "Sequence[Record]") -> None:
-    """Name each kind of failure once, with an episode that shows it."""
-    seen: dict[tuple[str, str, str], list[Record]] = {}
-    for record in records:
-        if record.status != "ok":
-            key = (record.controller, record.status, record.reason or "")
-            seen.setdefault(key, []).append(record)
-    for (controller, status, reason), members in seen.items():
-        one = members[0]
-        console.notice(
-            f"{controller}: {len(members)} {status}, such as {one.scenario} "
-            f"rate {one.rate} seed {one.seed}: {reason}"
-        )
-    refusals: dict[str, int] = {}
-    for record in records:
-        for junction in record.junctions.values():
-            for reason in junction.refusals:
-                kind = reason.rpartition(" (")[0]
-                refusals[kind] = refusals.get(kind, 0) + 1
-    for kind, episodes in refusals.items():
-        console.notice(f"{kind} (in {episodes} of {len(records)} episodes)")
