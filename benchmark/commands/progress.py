@@ -27,6 +27,8 @@ def run(
     """
     from rich import progress
 
+    if not episodes:
+        return
     weights = dict(zip((one.key for one in episodes), times or [1.0] * len(episodes), strict=True))
     columns = (
         progress.TextColumn("{task.fields[done]}/{task.fields[all]} episodes"),
@@ -43,8 +45,8 @@ def run(
         progress.Progress(*columns, console=console.stderr()) as bar,
         closing(executor.run(episodes)) as running,
     ):
-        counts = {"all": len(episodes), "done": 0, "failed": 0, "rate": 0.0}
-        task = bar.add_task("", total=sum(weights.values()), **counts)
+        total = sum(weights.values())
+        task = bar.add_task("", total=total, all=len(episodes), done=0, failed=0, rate=0.0)
         for episode, record in running:
             yield episode, record
             done, failed = done + 1, failed + record.is_failure

@@ -65,8 +65,9 @@ def run(
     ordered = cost.slowest_first(waiting, times)
     LOG.info("started", extra={"facts": {"episodes": len(waiting), "held": len(held)}})
     running = progress.run(executor, ordered, sorted(times, reverse=True))
+    interrupts = Interrupts(lambda: _finish(executor))
     try:
-        with Interrupts(lambda: _finish(executor)) as interrupts, closing(running):
+        with interrupts, closing(running):
             for episode, record in running:
                 store.append(record)
                 done.results.append((episode, record))
