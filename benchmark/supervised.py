@@ -1,7 +1,7 @@
 """One worker process for episodes, supervised on its own: it may crash, hang, leak or be killed."""
 
+import os
 import signal
-import sys
 import tempfile
 import threading
 import time as clock
@@ -124,7 +124,7 @@ class Done:
     """What a process has to say after an episode."""
 
     record: Record
-    growth: float  # MB, by which the most it ever had in use exceeds what it began with
+    growth: float  # MB of memory since it began
 
 
 _memory_at_start = 0.0  # MB, of this process where it is a worker
@@ -135,20 +135,20 @@ def _begin(folder: str) -> None:
     tempfile.tempdir = folder
     with suppress(OSError):  # where memory runs out, Linux is to end a worker and nothing else
         Path("/proc/self/oom_score_adj").write_text("1000")
-    _memory_at_start = _peak_memory()
+    _memory_at_start = _memory()
 
 
 def _run(episode: Episode) -> Done:
-    return Done(run(episode), _peak_memory() - _memory_at_start)
+    return Done(run(episode), _memory() - _memory_at_start)
 
 
-def _peak_memory() -> float:
-    """The most memory that this process ever had in use [MB]."""
+def _memory() -> float:
+    """The memory that this process has in use [MB]; 0 where that is not to be had."""
     try:
-        from resource import RUSAGE_SELF, getrusage
-    except ImportError:  # Windows
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except OSError:  # not Linux
         return 0.0
-    return getrusage(RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 def _how(exitcode: int | None) -> str:
