@@ -85,10 +85,10 @@ class Worker:
         except Exception as error:
             record = outcome.raised(episode, error)
         else:
-            if done.growth <= LEAK:
-                return done.record
             record = done.record
-        self.close()
+            if not record.is_failure and done.growth <= LEAK:
+                return record
+        self.close()  # whatever a controller that failed has left behind goes with it
         return record
 
     def _schedule(self, episode: Episode) -> "Future[Done]":
