@@ -106,6 +106,18 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
     return path
 
 
+def is_kept(folder: Path, record: Record) -> bool:
+    """Whether a folder has the log of just this record; its commands are not looked at."""
+    import polars
+    from polars.exceptions import PolarsError
+
+    try:
+        head = json.loads(polars.read_parquet_metadata(folder / name_of(record)).get(KEY, ""))
+        return bool(head["record"] == record.model_dump(mode="json", by_alias=True))
+    except (OSError, ValueError, KeyError, TypeError, PolarsError):
+        return False
+
+
 def read(path: Path) -> ActionLog:
     """Read a log and check that it is whole.
 

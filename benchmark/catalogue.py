@@ -59,6 +59,16 @@ def one(reference: str) -> Scenario:
     return found[0]
 
 
+def reference(scenario: Scenario) -> str:
+    """What leads ``find`` to a scenario that it has found before, in the same folder."""
+    if scenario.path is None:
+        return scenario.name
+    name = f"{scenario.path.resolve().parent.name}/{scenario.path.stem}"
+    demand = scenario.name.removeprefix(name)  # as in @700
+    place = name if shipped().get(name) == scenario.path else str(scenario.path)
+    return place + demand
+
+
 def _split(reference: str) -> tuple[str, float | None]:
     """A reference and the total demand behind its @ [veh/h], if it has one."""
     place, at, total = reference.rpartition("@")

@@ -11,13 +11,14 @@ import typer
 from benchmark import __version__
 from benchmark.commands import console
 from benchmark.commands.check import check
+from benchmark.commands.choice import LARGEST_SEED
 from benchmark.commands.new import new
 from benchmark.commands.paper import paper
 from benchmark.commands.records import capacity, leaderboard
 from benchmark.commands.reference import app as reference
 from benchmark.commands.regress import regress
 from benchmark.commands.replay import replay
-from benchmark.commands.run import LARGEST_SEED, run
+from benchmark.commands.run import run
 from benchmark.commands.site import serve, site
 from benchmark.commands.submission import submit, verify
 from benchmark.errors import RightOfWayError, UsageError

@@ -4,11 +4,11 @@ import platform
 import time as clock
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Literal
 
-from benchmark import __version__, naming, needs, plugins, sumo_tools
+from benchmark import __version__, identity, naming, needs, plugins, sumo_tools
 from benchmark.actions import Recording
 from benchmark.guard import ControllerFailedError, Guard
 from benchmark.isolation.limits import DEFAULT, Limits
@@ -35,6 +35,28 @@ class Episode:
         """The controller as records and messages name it: a file without its folder."""
         return naming.label(self.controller)
 
+    @property
+    def key(self) -> tuple[str, str, str, float | None, int]:
+        """What tells episodes apart in a leaderboard, as ``Record.episode``."""
+        return self.scenario.name, self.scenario.hash, self.label, self.rate, self.seed
+
+    @property
+    def controller_from(self) -> str:
+        """The controller's distribution and version; of a file its name and SHA-256."""
+        return plugins.provenance(self.controller)
+
+    @property
+    def identity(self) -> str:
+        """SHA-256 of all that determines the record but its wall time."""
+        return identity.of(
+            scenario_hash=self.scenario.hash,
+            controller=self.controller,
+            controller_from=self.controller_from,
+            rate=self.rate,
+            seed=self.seed,
+            limits=asdict(self.limits) if isolated(self.controller, self.isolate) else None,
+        )
+
     def record(
         self,
         status: Literal["ok", "failed", "crashed", "timed out", "skipped"],
@@ -49,7 +71,8 @@ class Episode:
                 "seed": self.seed,
                 "status": status,
                 "scenario_hash": self.scenario.hash,
-                "controller_from": plugins.provenance(self.controller),
+                "controller_from": self.controller_from,
+                "identity": self.identity,
                 "versions": Versions(
                     rightofway=__version__,
                     sumo=sumo_tools.sumo_version(),

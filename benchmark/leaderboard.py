@@ -115,6 +115,8 @@ class _Cell:
     samples: Samples = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        # by seed, as resampling depends on the order, and records lie as their episodes ended
+        self.records = sorted(self.records, key=lambda record: record.seed)
         for column in COLUMNS:
             values = {
                 record.seed: float(value)

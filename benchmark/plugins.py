@@ -172,4 +172,10 @@ def provenance(text: str) -> str:
     if parts.attribute:
         return loading.origin_of_module(parts.place)
     entry = discovered().get(parts.place)
-    return f"{entry.dist.name} {entry.dist.version}" if entry and entry.dist else "unknown"
+    return _distribution(entry) if entry else "unknown"
+
+
+@cache
+def _distribution(entry: EntryPoint) -> str:
+    """An entry point's distribution with its version."""
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "unknown"

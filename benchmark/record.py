@@ -118,6 +118,9 @@ class Record(Entry):
     trained_on: tuple[Training, ...] | None = Field(
         None, description="as the controller declares; null where it declares nothing"
     )
+    identity: str | None = Field(
+        None, description="SHA-256 of all that determines the figures; null in older records"
+    )
     versions: Versions
     junctions: dict[str, JunctionMetrics] = {}
     trips: TripMetrics | None = None
@@ -128,6 +131,11 @@ class Record(Entry):
         """What tells episodes apart in a leaderboard: the newest record of each counts."""
         return self.scenario, self.scenario_hash, self.controller, self.rate, self.seed
 
+    @property
+    def is_failure(self) -> bool:
+        """Whether the episode should have had figures and has none."""
+        return self.status not in ("ok", "skipped")
+
     def line(self) -> str:
         """The record as a line of JSON."""
         return self.model_dump_json(by_alias=True) + "\n"
@@ -135,7 +143,12 @@ class Record(Entry):
     @property
     def file_hash(self) -> str:
         """SHA-256 of the file that its controller came from; empty for one that is installed."""
-        return (self.controller_from or "").partition(" sha256:")[2]
+        return file_hash(self.controller_from)
+
+
+def file_hash(controller_from: str | None) -> str:
+    """The SHA-256 in what says where a controller came from, empty without one."""
+    return (controller_from or "").partition(" sha256:")[2]
 
 
 def told_apart(records: Iterable[Record]) -> list[Record]:

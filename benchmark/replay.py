@@ -12,7 +12,7 @@ from benchmark.episode import Episode, run, run_with
 from benchmark.errors import ActionLogError
 from benchmark.record import Record
 
-VARIES = {"wall_time", "versions"}  # of a record when its commands are scored again
+VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
 
 
 def run_logged(episode: Episode, folder: Path) -> Record:

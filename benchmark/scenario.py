@@ -55,11 +55,23 @@ class Scenario(Table):
     signal: Signal | None = None
 
     _name: str = PrivateAttr("")
+    _path: Path | None = PrivateAttr(None)
 
     @property
     def name(self) -> str:
         """The name in tables: the file's folder and stem, as in ``colorado-springs/229``."""
         return self._name
+
+    @property
+    def path(self) -> Path | None:
+        """The file that it was read from, as it was given; None if it was read from none."""
+        return self._path
+
+    def __eq__(self, other: object) -> bool:
+        """Whether they say the same under the same name, wherever they were read from."""
+        if not isinstance(other, Scenario):
+            return NotImplemented
+        return self.name == other.name and self.model_dump() == other.model_dump()
 
     @property
     def hash(self) -> str:
@@ -216,7 +228,9 @@ def load(path: Path) -> Scenario:
             message names the file, the key's path, the value, what was expected.
     """
     document = toml_file.read(path, ScenarioError)
-    return parse(document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}")
+    scenario = parse(document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}")
+    scenario._path = path
+    return scenario
 
 
 def parse(document: dict[str, Any], source: str, name: str) -> Scenario:

@@ -4,6 +4,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -31,6 +32,38 @@ class Store:
         """Where the records lie."""
         return self.folder / "records"
 
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep other commands from writing here meanwhile, and make sure that this one can.
+
+        The lock ends with the process, however that ends.
+
+        Raises:
+            StoreError: another command writes here, or the folder cannot be made or written.
+        """
+        from filelock import FileLock, Timeout
+
+        with _or_refuse(self.folder):
+            self.records_folder.mkdir(parents=True, exist_ok=True)
+            lock = FileLock(self.records_folder / ".lock")
+            try:
+                lock.acquire(blocking=False)
+            except Timeout:
+                raise StoreError(
+                    f"{self.folder}: another command is writing records here; let it finish, "
+                    "or choose another folder with --out"
+                ) from None
+            except NotImplementedError:
+                self._notice(
+                    f"{self.folder}: this file system has no locks; see to it yourself that only "
+                    "one command writes here at a time"
+                )
+        try:
+            self.prepare()
+            yield
+        finally:
+            lock.release()
+
     def prepare(self) -> None:
         """Make sure that records can be written, before any episode is run.
 
@@ -38,15 +71,10 @@ class Store:
             StoreError: the folder cannot be made or written.
         """
         probe = self.records_folder / ".probe"
-        try:
+        with _or_refuse(self.records_folder):
             self.records_folder.mkdir(parents=True, exist_ok=True)
             probe.write_text("")
             probe.unlink()
-        except OSError as error:
-            raise StoreError(
-                f"{self.records_folder}: cannot write records: {error.strerror}; "
-                "choose another folder with --out"
-            ) from error
         for path in self._files():
             self._set_aside_torn_line(path)
 
@@ -70,7 +98,10 @@ class Store:
                     os.truncate(path, start)
                     raise
         except OSError as error:
-            raise StoreError(f"{path}: cannot append a record: {error.strerror}") from error
+            raise StoreError(
+                f"{path}: cannot append a record: {error.strerror}; "
+                "those before are whole: make room, and the same command goes on from there"
+            ) from error
 
     def read(self) -> list[Record]:
         """All records, oldest first in each file.
@@ -83,7 +114,11 @@ class Store:
                 f"{self.records_folder}: no records here; make some with "
                 f"`rightofway run --out {self.folder}`"
             )
-        return [record for path in self._files() for record in self._lines(path)]
+        return list(self.records())
+
+    def records(self) -> Iterator[Record]:
+        """As ``read``, one by one; none where the folder holds none."""
+        return (record for path in self._files() for record in self._lines(path))
 
     def _files(self) -> list[Path]:
         return sorted(self.records_folder.glob("*.jsonl"))
@@ -115,6 +150,17 @@ class Store:
         except OSError as error:
             raise StoreError(f"{path}: cannot mend the last line: {error.strerror}") from error
         self._notice(f"{path}: a half-written last line was set aside in {path.name}.torn")
+
+
+@contextmanager
+def _or_refuse(folder: Path) -> Iterator[None]:
+    """What the disk refuses names the folder and the option for another."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(
+            f"{folder}: cannot write records: {error.strerror}; choose another folder with --out"
+        ) from error
 
 
 def _bytes(path: Path) -> bytes:

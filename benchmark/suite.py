@@ -1,22 +1,42 @@
-"""Many runs: which episodes a study holds, and worker processes that run them."""
+"""Many runs: which episodes a study holds, and who runs them."""
 
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, as_completed
-from typing import Any
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import closing
+from typing import Protocol
 
 from benchmark import demand, network, signals
 from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError, RightOfWayError, StoreError
+from benchmark.errors import ControllerError
 from benchmark.isolation.channel import Declared
 from benchmark.isolation.limits import DEFAULT, Limits
 from benchmark.isolation.remote import look
+from benchmark.local import LocalPool
+from benchmark.outcome import TIME_LIMIT, Work
 from benchmark.plugins import Plugin
 from benchmark.record import Record
 from benchmark.scenario import Scenario
-from benchmark.workers import pool
 
-TIME_LIMIT = 600.0  # s of wall time for one episode
+
+class Executor(Protocol):
+    """Runs episodes somewhere: in processes of this machine, or on a cluster.
+
+    An episode that crashes or takes too long is tried once more (``benchmark.outcome``), and what
+    befalls it is in its record: ``run`` raises only where nothing can be run any more.
+    """
+
+    def run(self, episodes: Sequence[Episode]) -> Generator[tuple[Episode, Record], None, None]:
+        """Yield each episode with its record as it ends, starting them in the order given.
+
+        Closing the generator stops at once, in the middle of episodes.
+        """
+        ...
+
+    def drain(self) -> None:
+        """Start no more episodes; ``run`` ends with those under way.
+
+        May be called from a signal's handler.
+        """
+        ...
 
 
 def episodes(
@@ -73,7 +93,9 @@ def _told_apart(found: Iterable[Plugin | Declared]) -> Iterator[Plugin | Declare
 
 
 def prepare(chosen: Sequence[Episode]) -> None:
-    """Build every network and demand once, before workers ask for them.
+    """Build every network and one demand on it, so that what cannot be built is refused at once.
+
+    The demands of other seeds are built by the workers that need them.
 
     Raises:
         RightOfWayError: a scenario cannot be built, or its signal endangers.
@@ -81,7 +103,7 @@ def prepare(chosen: Sequence[Episode]) -> None:
     for scenario in {one.scenario.hash: one.scenario for one in chosen}.values():
         if scenario.signal is not None:
             signals.check(scenario, scenario.signal, network.build(scenario))
-    for episode in {(one.scenario.hash, one.seed): one for one in chosen}.values():
+    for episode in {one.scenario.hash: one for one in chosen}.values():
         demand.build(episode.scenario, network.build(episode.scenario), episode.seed)
 
 
@@ -89,54 +111,19 @@ def run_all(
     chosen: Sequence[Episode],
     workers: int,
     time_limit: float = TIME_LIMIT,
-    work: Callable[[Any], Record] = run,
+    work: Work = run,
 ) -> Iterator[Record]:
-    """Run episodes in worker processes; yields each record as its episode ends.
-
-    A worker that crashes or exceeds the time limit costs only its episode, whose record says so.
+    """Run episodes in worker processes here; yields each record as its episode ends.
 
     Args:
         chosen: what to run.
         workers: processes side by side.
-        time_limit: wall time for one episode [s].
+        time_limit: wall time for one try at an episode [s].
         work: what a worker does with an episode.
 
     Raises:
         StoreError: a worker cannot write what it is to keep.
     """
-    with (
-        tempfile.TemporaryDirectory(prefix="rightofway-") as folder,
-        pool(workers, _keep_files_in, folder) as started,
-    ):
-        futures: dict[Future[Record], Episode] = {
-            started.schedule(work, args=(episode,), timeout=time_limit): episode
-            for episode in chosen
-        }
-        try:
-            for future in as_completed(futures):
-                yield _record(future, futures[future], time_limit)
-        except BaseException:  # the caller stops early, by Ctrl-C for one
-            started.stop()  # type: ignore[no-untyped-call]
-            raise
-
-
-def _keep_files_in(folder: str) -> None:
-    """A worker that is killed cannot clear its temporary files away; the parent does."""
-    tempfile.tempdir = folder
-
-
-def _record(future: Future[Record], episode: Episode, time_limit: float) -> Record:
-    from pebble import ProcessExpired
-
-    try:
-        return future.result()
-    except TimeoutError:
-        return episode.record("timed out", reason=f"not done after {time_limit:g} s")
-    except ProcessExpired as error:
-        return episode.record("crashed", reason=f"the worker process died ({error.exitcode})")
-    except StoreError:
-        raise
-    except RightOfWayError as error:
-        return episode.record("failed", reason=str(error))
-    except Exception as error:  # SUMO's own errors in mid-episode, for one
-        return episode.record("crashed", reason=f"{type(error).__name__}: {error}")
+    with closing(LocalPool(workers, time_limit, work).run(chosen)) as running:
+        for _, record in running:
+            yield record

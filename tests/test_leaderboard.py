@@ -506,3 +506,13 @@ def test_a_figure_that_is_missing_is_no_reason_for_a_mark() -> None:
     light = {"average_waiting_time": Estimate(2.0, None, None, 1)}
     light |= {"throughput": Estimate(900.0, None, None, 1)}
     assert leaderboard.marks(figures, light) == ()
+
+
+@settings(max_examples=20)
+@given(st.permutations(range(8)))
+def test_the_order_in_which_episodes_ended_changes_nothing(order: list[int]) -> None:
+    """Resampling depends on the order of the values."""
+    waits = [3.0, 8.0, 1.0, 44.0, 2.5, 7.0, 9.0, 0.1]
+    held = [record(seed=seed, waiting=wait) for seed, wait in enumerate(waits)]
+    found = leaderboard.rows([held[index] for index in order])
+    assert found == leaderboard.rows(held)

@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
@@ -22,7 +22,9 @@ from test_regression_report import MADE
 from benchmark import reference
 from benchmark.cli import main
 from benchmark.commands.regress import parse_limit
+from benchmark.episode import Episode
 from benchmark.errors import UsageError
+from benchmark.local import LocalPool
 from benchmark.record import Record
 from benchmark.store import Store
 
@@ -316,11 +318,11 @@ def test_ctrl_c_leaves_the_reference_and_ends_in_exit_code_130(
 ) -> None:
     (one,) = runs([20.0], controller="traffic-light", rate=None)
 
-    def interrupted(*_: object, **__: object) -> Iterator[Record]:
-        yield one
+    def interrupted(_: LocalPool, episodes: Sequence[Episode]) -> Iterator[tuple[Episode, Record]]:
+        yield episodes[0], one
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("benchmark.suite.run_all", interrupted)
+    monkeypatch.setattr(LocalPool, "run", interrupted)
     suite = {"scenarios": ["smoke/tee"], "controllers": ["traffic-light"], "seeds": 8}
     (tmp_path / "smoke.toml").write_text(tomli_w.dumps(suite))
     hashes = {"scenario": "smoke/tee", "scenario_hash": smoke("tee").hash}

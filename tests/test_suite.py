@@ -25,7 +25,7 @@ DOOMED = {
     "returns-nonsense": ("failed", "returns-nonsense: act returned list; expected a mapping"),
     "lacks-weights": ("failed", "raised FileNotFoundError: weights.pt (hostile.py:"),
     "exits": ("failed", "act at 1 s raised SystemExit: SUMO_HOME is not set"),
-    "crashes": ("crashed", "the worker process died"),
+    "crashes": ("crashed", "the worker process died (SIGSEGV)"),
     "hangs": ("timed out", f"not done after {TIME_LIMIT:g} s"),
 }  # status and part of the reason
 

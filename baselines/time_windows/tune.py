@@ -13,7 +13,7 @@ from rich import progress
 from rich.console import Console
 
 from baselines.time_windows.controller import TimeWindows
-from benchmark import catalogue, plugins, suite
+from benchmark import catalogue, outcome, plugins, suite
 from benchmark.episode import Episode, run
 from benchmark.errors import UsageError
 from benchmark.learning.run import (
@@ -222,7 +222,7 @@ class Scorer:
 
     def _run(self, episodes: Sequence[Episode]) -> Iterator[Record | None]:
         futures: list[Future[Record]] = [
-            self._workers.schedule(run, args=(one,), timeout=suite.TIME_LIMIT) for one in episodes
+            self._workers.schedule(run, args=(one,), timeout=outcome.TIME_LIMIT) for one in episodes
         ]
         for future in futures:
             yield None if future.exception() else future.result()

@@ -1,6 +1,5 @@
 """The command ``rightofway reference``."""
 
-import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -10,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, progress, suites
-from benchmark.commands.run import report_failures
+from benchmark.commands import console, failures, progress, suites
 from benchmark.errors import UsageError
 
 if TYPE_CHECKING:
+    from benchmark.episode import Episode
     from benchmark.git_state import GitState
     from benchmark.provenance import Provenance
     from benchmark.record import Record
@@ -48,23 +47,25 @@ def update(
     ] = False,
 ) -> None:
     """Run a suite and make its records the reference; the old one stays until all is done."""
-    from benchmark import reference
+    from benchmark import outcome, reference
     from benchmark import suite as runner
+    from benchmark.local import LocalPool, cores
 
     declared = suites.find(suite)
     chosen = suites.episodes_of(declared)
     reference.check_target(out)
     state = _git_state(out, allow_dirty)
     runner.prepare(chosen)
-    records: list[Record] = []
+    results: list[tuple[Episode, Record]] = []
     try:
-        with closing(progress.run_all(chosen, workers or os.cpu_count() or 1)) as running:
-            records += running
+        with closing(progress.run(LocalPool(workers or cores()), chosen)) as running:
+            results += running
     except KeyboardInterrupt:
         console.notice(f"stopped; {out} is as it was")
         raise
-    report_failures(records)
-    failed = sum(record.status not in ("ok", "skipped") for record in records)
+    failures.report(results, Path("out"), outcome.TIME_LIMIT)
+    records = [record for _, record in results]
+    failed = sum(record.is_failure for record in records)
     if failed and not allow_failures:
         console.notice(
             f"{failed} of {len(records)} episodes are not ok, which a check would take as "

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -173,19 +173,19 @@ def _run_again(
 ) -> "tuple[list[Record], dict[tuple[str, str], str]]":
     """The new records, and why some scenarios have none."""
     from benchmark import rerun, suite
+    from benchmark.local import LocalPool, cores
     from benchmark.store import Store
 
     planned = rerun.plan(wanted, given)
     store = None if out is None else Store(out, notice=console.notice)
-    if store is not None:
-        store.prepare()
-    suite.prepare(planned.episodes)
     new: list[Record] = []
-    if not planned.episodes:
-        return new, planned.incomparable
     try:
-        with closing(progress.run_all(planned.episodes, workers or os.cpu_count() or 1)) as running:
-            for record in running:
+        with ExitStack() as stack:
+            if store is not None:
+                stack.enter_context(store.writing())
+            suite.prepare(planned.episodes)
+            running = progress.run(LocalPool(workers or cores()), planned.episodes)
+            for _, record in stack.enter_context(closing(running)):
                 new.append(record)
                 if store is not None:
                     store.append(record)

@@ -1,6 +1,5 @@
 """The command ``rightofway replay``."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +25,7 @@ def replay(
     Exit code 0: every record comes out as it was, bit for bit; 1: some do not.
     """
     from benchmark import action_log, replay, suite
+    from benchmark.local import cores
 
     logs = {path: action_log.read(path) for path in dict.fromkeys(source)}
     for log in logs.values():
@@ -34,7 +34,7 @@ def replay(
     suite.prepare(episodes)
     found: dict[object, Record] = {
         record.episode: record
-        for record in suite.run_all(episodes, workers or os.cpu_count() or 1, work=replay.score)
+        for record in suite.run_all(episodes, workers or cores(), work=replay.score)
     }
     told = [_tell(log, found[log.record.episode]) for log in logs.values()]
     if not all(told):

@@ -1,26 +1,20 @@
 """The command ``rightofway run``."""
 
-import os
 from collections.abc import Sequence
-from contextlib import closing
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, progress
+from benchmark.commands import console, failures, log_file, study
+from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
 from benchmark.commands.records import print_leaderboard, write_leaderboard
 from benchmark.errors import UsageError
-from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.isolation.limits import Limits
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
-    from benchmark.record import Record
-    from benchmark.store import Store
-
-LARGEST_SEED = 2**31 - 1  # of SUMO
-PAPER = "colorado-springs"
 
 Scenarios = Annotated[
     list[str] | None,
@@ -78,9 +72,22 @@ def run(
     memory_limit: Annotated[
         int, typer.Option(min=256, help="Isolated: address space [MB].")
     ] = Limits.memory,
+    time_limit: Annotated[
+        float, typer.Option(min=0.1, help="Wall time for one try at an episode [s].")
+    ] = 600.0,
+    force: Annotated[
+        bool, typer.Option("--force", help="Also run what the folder holds already.")
+    ] = False,
+    log: Annotated[
+        Path | None, typer.Option("--log-file", help="Append lines of JSON about the run to it.")
+    ] = None,
 ) -> None:
-    """Run episodes, append their records and print the leaderboard."""
-    from benchmark import action_log, leaderboard, suite
+    """Run episodes, append their records and print the leaderboard.
+
+    What the folder holds already is not run again.
+    """
+    from benchmark import action_log, episode, leaderboard, replay
+    from benchmark.local import LocalPool, cores
     from benchmark.store import Store
 
     if seeds and seed:
@@ -95,49 +102,21 @@ def run(
         Limits(step_limit, start_limit, answers_limit, memory_limit),
     )
     _say_what_isolation_lacks(chosen)
-    store.prepare()
     actions = action_log.folder_in(out) if log_actions else None
-    if actions is not None:
-        action_log.prepare(actions)
-    suite.prepare(chosen)
-    records = run_with_progress(chosen, workers or os.cpu_count() or 1, store, actions)
-    rows = leaderboard.rows(store.read())
-    write_leaderboard(rows, out)
-    print_leaderboard(rows, out)
-    report_failures(records)
-    if any(record.status not in ("ok", "skipped") for record in records):
+    work = partial(replay.run_logged, folder=actions) if actions else episode.run
+    executor = LocalPool(workers or cores(), time_limit, work)
+    with log_file.following(log), store.writing():
+        done = study.run(chosen, executor, store, force=force, actions=actions)
+        if not done.interrupted:
+            rows = leaderboard.rows(store.read())
+            write_leaderboard(rows, out)
+            print_leaderboard(rows, out)
+    failures.report(done.results, out, time_limit)
+    if done.interrupted:
+        console.notice(done.words(len(chosen), store.records_folder, force=force))
+        raise KeyboardInterrupt
+    if any(record.is_failure for _, record in done.results):
         raise typer.Exit(1)
-
-
-def choose(
-    references: Sequence[str],
-    controllers: Sequence[str],
-    rates: Sequence[float],
-    seeds: Sequence[int],
-    isolate: bool | None = None,
-    limits: Limits = DEFAULT,
-) -> "list[Episode]":
-    """The episodes that were asked for; what was left open is the suite's, or the default."""
-    from benchmark import catalogue, suite, suite_file
-
-    declared = suite_file.find(references)
-    if declared is None:
-        scenarios = catalogue.find(references, also=suite_file.shipped())
-        controllers = controllers or _usable_controllers(isolate, limits)
-    else:
-        scenarios = declared.load_scenarios()
-        controllers = controllers or declared.checked_controllers(isolate, limits)
-        rates = rates or declared.rates or ()
-        seeds = seeds or range(1, (declared.seeds or 0) + 1)
-    once = dict.fromkeys
-    return suite.episodes(
-        scenarios,
-        list(once(controllers)),
-        list(once(rates)) or None,
-        list(once(seeds)) or None,
-        isolate=isolate,
-        limits=limits,
-    )
 
 
 def _say_what_isolation_lacks(chosen: "Sequence[Episode]") -> None:
@@ -148,72 +127,3 @@ def _say_what_isolation_lacks(chosen: "Sequence[Episode]") -> None:
     if any(isolated(one.controller, one.isolate) for one in chosen):
         for deed in sandbox.missing():
             console.notice(f"on this system isolated controllers can {deed}")
-
-
-def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
-    """All installed controllers but those that cannot be loaded, which are named."""
-    from benchmark import plugins
-    from benchmark.errors import ControllerError
-    from benchmark.isolation.remote import look
-
-    usable = []
-    for name in plugins.discovered():
-        try:
-            look(name, isolate, limits)
-        except ControllerError as error:
-            console.notice(f"{error}; left out")
-        else:
-            usable.append(name)
-    return usable
-
-
-def run_with_progress(
-    chosen: "Sequence[Episode]", workers: int, store: "Store", actions: Path | None = None
-) -> "list[Record]":
-    """Run episodes with a bar on standard error and append their records.
-
-    Args:
-        chosen: what to run.
-        workers: processes side by side.
-        store: where records go.
-        actions: the folder for action logs, if any are wanted.
-    """
-    from benchmark import replay
-
-    work = None if actions is None else partial(replay.run_logged, folder=actions)
-    records = []
-    try:
-        with closing(progress.run_all(chosen, workers, work)) as running:
-            for record in running:
-                store.append(record)
-                records.append(record)
-    except KeyboardInterrupt:
-        console.notice(
-            f"stopped; {len(records)} of {len(chosen)} records are in {store.records_folder}; "
-            "a new run starts from the beginning"
-        )
-        raise
-    return records
-
-
-def report_failures(records: "Sequence[Record]") -> None:
-    """Name each kind of failure once, with an episode that shows it."""
-    seen: dict[tuple[str, str, str], list[Record]] = {}
-    for record in records:
-        if record.status != "ok":
-            key = (record.controller, record.status, record.reason or "")
-            seen.setdefault(key, []).append(record)
-    for (controller, status, reason), members in seen.items():
-        one = members[0]
-        console.notice(
-            f"{controller}: {len(members)} {status}, such as {one.scenario} "
-            f"rate {one.rate} seed {one.seed}: {reason}"
-        )
-    refusals: dict[str, int] = {}
-    for record in records:
-        for junction in record.junctions.values():
-            for reason in junction.refusals:
-                kind = reason.rpartition(" (")[0]
-                refusals[kind] = refusals.get(kind, 0) + 1
-    for kind, episodes in refusals.items():
-        console.notice(f"{kind} (in {episodes} of {len(records)} episodes)")

@@ -2,13 +2,15 @@
 
 import os
 import tempfile
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console
-from benchmark.commands.run import LARGEST_SEED, PAPER, choose, run_with_progress
+from benchmark.commands import console, study
+from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
 from benchmark.errors import UsageError
 
 if TYPE_CHECKING:
@@ -56,8 +58,8 @@ def submit(
     workers: Workers = None,
 ) -> None:
     """Run a controller and bundle records, action logs and code for others to verify."""
-    from benchmark import action_log
-    from benchmark import suite as suites
+    from benchmark import action_log, replay
+    from benchmark.local import LocalPool, cores
     from benchmark.store import Store
     from benchmark.submission import making
 
@@ -73,12 +75,15 @@ def submit(
     with tempfile.TemporaryDirectory(prefix="rightofway-submission-") as place:
         results = Path(place)
         store = Store(results, notice=console.notice)
-        store.prepare()
-        action_log.prepare(action_log.folder_in(results))
-        suites.prepare(chosen)
-        records = run_with_progress(
-            chosen, workers or os.cpu_count() or 1, store, action_log.folder_in(results)
-        )
+        actions = action_log.folder_in(results)
+        work = partial(replay.run_logged, folder=actions)
+        executor = LocalPool(workers or cores(), work=work)
+        with store.writing():
+            done = study.run(chosen, executor, store, actions=actions)
+        if done.interrupted:
+            console.notice(f"stopped; {output} is not written")
+            raise KeyboardInterrupt
+        records = [record for _, record in done.results]
         making.write(output, subject, results, records)
     if bad := [one for one in records if one.status != "ok"]:
         such = f"{bad[0].scenario}: {bad[0].status}: {bad[0].reason}"
@@ -123,21 +128,21 @@ def verify(
 
     Exit code 0: accepted; 1: not accepted, and why; 2: it is no bundle.
     """
+    from benchmark.local import cores
     from benchmark.store import Store
     from benchmark.submission import verifying
 
     store = Store(out, notice=console.notice) if out else None
-    if store:
-        store.prepare()
-    wishes = verifying.Wishes(fresh, fresh_seed or (), run_code, workers or os.cpu_count() or 1)
-    found = verifying.verify(bundle, wishes)
-    _show(bundle, found)
-    if found.objections:
-        raise typer.Exit(1)
-    if store:
-        for record in found.records:
-            store.append(record)
-        typer.echo(f"{len(found.records)} records appended to {store.records_folder}")
+    wishes = verifying.Wishes(fresh, fresh_seed or (), run_code, workers or cores())
+    with store.writing() if store else nullcontext():
+        found = verifying.verify(bundle, wishes)
+        _show(bundle, found)
+        if found.objections:
+            raise typer.Exit(1)
+        if store:
+            for record in found.records:
+                store.append(record)
+            typer.echo(f"{len(found.records)} records appended to {store.records_folder}")
 
 
 def _show(bundle: Path, found: "Verification") -> None:

@@ -4,7 +4,6 @@ import hashlib
 import json
 import os
 import platform
-import signal
 import sys
 import time
 import tomllib
@@ -13,12 +12,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
 
 import benchmark
+from benchmark import interrupts
 from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout
 from benchmark.learning.rollout import Rollout
@@ -297,22 +296,9 @@ def _versions() -> dict[str, str]:
     return found
 
 
-class Interrupts:
-    """Turns the first Ctrl-C into a wish to stop; a context manager. The second stops at once."""
+class Interrupts(interrupts.Interrupts):
+    """Lets the round end after the first Ctrl-C, and says so."""
 
     def __init__(self, notify: Callable[[str], None]) -> None:
-        self.wanted = False
-        self._notify = notify
-
-    def __enter__(self) -> "Interrupts":
-        self._before = signal.signal(signal.SIGINT, self._hear)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        signal.signal(signal.SIGINT, self._before)
-
-    def _hear(self, number: int, frame: FrameType | None) -> None:
-        if self.wanted:
-            raise KeyboardInterrupt
-        self.wanted = True
-        self._notify("stopping after this round; Ctrl-C again stops at once and loses it")
+        words = "stopping after this round; Ctrl-C again stops at once and loses it"
+        super().__init__(lambda: notify(words))

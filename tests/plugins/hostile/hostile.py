@@ -2,10 +2,12 @@
 
 import contextlib
 import ctypes
+import os
 import sys
 import time
 from collections.abc import Mapping
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 from benchmark.controller import Command, Controller, Go
 from benchmark.intersection import Intersection
@@ -110,6 +112,33 @@ class Hangs(Quiet):
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         while True:
             time.sleep(1)
+
+
+class HangsOnce(Quiet):
+    """Never answers, unless a file is there, which it makes."""
+
+    def __init__(self, marker: str = "marker") -> None:
+        self.marker = Path(marker)
+
+    def act(self, state: TrafficState) -> Mapping[str, Command]:
+        if not self.marker.exists():
+            self.marker.write_text(str(os.getpid()))
+            time.sleep(1000)
+        return {}
+
+
+class Devours(Quiet):
+    """Takes memory and keeps it: as much as asked for, or all there is."""
+
+    taken: ClassVar[list[bytearray]] = []
+
+    def __init__(self, megabytes: int = 0) -> None:
+        self.megabytes = megabytes
+
+    def act(self, state: TrafficState) -> Mapping[str, Command]:
+        while len(self.taken) < self.megabytes or not self.megabytes:
+            self.taken.append(bytearray(b"x" * 2**20))
+        return {}
 
 
 class NoController:

@@ -1,0 +1,61 @@
+"""The episodes that a command's options ask for."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from benchmark.commands import console
+from benchmark.isolation.limits import DEFAULT, Limits
+
+if TYPE_CHECKING:
+    from benchmark.episode import Episode
+
+LARGEST_SEED = 2**31 - 1  # of SUMO
+PAPER = "colorado-springs"
+
+
+def choose(
+    references: Sequence[str],
+    controllers: Sequence[str],
+    rates: Sequence[float],
+    seeds: Sequence[int],
+    isolate: bool | None = None,
+    limits: Limits = DEFAULT,
+) -> "list[Episode]":
+    """The episodes that were asked for; what was left open is the suite's, or the default."""
+    from benchmark import catalogue, suite, suite_file
+
+    declared = suite_file.find(references)
+    if declared is None:
+        scenarios = catalogue.find(references, also=suite_file.shipped())
+        controllers = controllers or _usable_controllers(isolate, limits)
+    else:
+        scenarios = declared.load_scenarios()
+        controllers = controllers or declared.checked_controllers(isolate, limits)
+        rates = rates or declared.rates or ()
+        seeds = seeds or range(1, (declared.seeds or 0) + 1)
+    once = dict.fromkeys
+    return suite.episodes(
+        scenarios,
+        list(once(controllers)),
+        list(once(rates)) or None,
+        list(once(seeds)) or None,
+        isolate=isolate,
+        limits=limits,
+    )
+
+
+def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
+    """All installed controllers but those that cannot be loaded, which are named."""
+    from benchmark import plugins
+    from benchmark.errors import ControllerError
+    from benchmark.isolation.remote import look
+
+    usable = []
+    for name in plugins.discovered():
+        try:
+            look(name, isolate, limits)
+        except ControllerError as error:
+            console.notice(f"{error}; left out")
+        else:
+            usable.append(name)
+    return usable

@@ -1,0 +1,96 @@
+"""Runs a study into a results folder: what is missing there, to the end or to Ctrl-C."""
+
+import logging
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmark.commands import console, progress
+from benchmark.interrupts import Interrupts
+
+if TYPE_CHECKING:
+    from benchmark.episode import Episode
+    from benchmark.record import Record
+    from benchmark.store import Store
+    from benchmark.suite import Executor
+
+LOG = logging.getLogger("rightofway.suite")
+
+
+@dataclass
+class Done:
+    """What has become of a study."""
+
+    results: "list[tuple[Episode, Record]]" = field(default_factory=list)
+    """Of the folder and of this run."""
+
+    interrupted: bool = False
+
+    def words(self, wanted: int, folder: Path, *, force: bool) -> str:
+        """What is there after an interrupt, and how to go on."""
+        how = "without --force the same command runs only what has no record"
+        if not force:
+            how = "the same command goes on from there"
+        return f"stopped; {len(self.results)} of {wanted} records are in {folder}; {how}"
+
+
+def run(
+    chosen: "Sequence[Episode]",
+    executor: "Executor",
+    store: "Store",
+    *,
+    force: bool = False,
+    actions: Path | None = None,
+) -> Done:
+    """Run what a folder does not hold yet, the slowest first, and write each record as it ends.
+
+    Args:
+        chosen: all episodes of the study.
+        executor: who runs them.
+        store: where records are and go; nobody else writes there.
+        force: also run what it holds.
+        actions: a folder that action logs go to; an episode without its log is run again.
+
+    Raises:
+        RightOfWayError: an episode cannot be prepared, or its record not written.
+    """
+    from benchmark import action_log, cost, outcome, resume, suite
+
+    earlier = list(store.records())
+    held, waiting = resume.held(chosen, () if force else earlier, actions)
+    done = Done(held)
+    if held:
+        console.notice(
+            f"{len(held)} of {len(chosen)} episodes are in {store.records_folder} already; "
+            "--force runs them again"
+        )
+    if actions is not None:
+        action_log.prepare(actions)
+    suite.prepare(waiting)
+    times = cost.estimates(waiting, earlier)
+    ordered = cost.slowest_first(waiting, times)
+    LOG.info("started", extra={"facts": {"episodes": len(waiting), "held": len(held)}})
+    running = progress.run(executor, ordered, sorted(times, reverse=True))
+    interrupts = Interrupts(lambda: _finish(executor))
+    try:
+        with interrupts, closing(running):
+            for episode, record in running:
+                store.append(record)
+                done.results.append((episode, record))
+                LOG.info("ended", extra={"facts": outcome.facts(record)})
+                if interrupts.wanted:  # also where it was heard before anything ran
+                    executor.drain()
+    except KeyboardInterrupt:
+        interrupts.wanted = True
+    done.interrupted = interrupts.wanted and len(done.results) < len(chosen)
+    failed = sum(record.is_failure for _, record in done.results)
+    facts = {"records": len(done.results), "failed": failed, "interrupted": done.interrupted}
+    LOG.info("stopped", extra={"facts": facts})
+    return done
+
+
+def _finish(executor: "Executor") -> None:
+    executor.drain()
+    console.notice("finishing the running episodes; Ctrl-C again stops at once and loses them")

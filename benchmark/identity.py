@@ -1,0 +1,111 @@
+"""All that determines an episode's figures and is known before it runs, in one hash.
+
+Two episodes of one identity give the same record but for its wall time, so the second need not be
+run. Versions alone would not do: of an editable installation, code changes and its version stays.
+What a controller's package imports from elsewhere is not seen.
+"""
+
+import hashlib
+import importlib.util
+import json
+import platform
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmark import __version__, naming, plugins, sumo_tools
+
+APART = frozenset({"commands", "conformance", "paper", "regression_report"})
+"""Folders of this package that no episode imports; a test holds that."""
+
+
+def of(
+    *,
+    scenario_hash: str,
+    controller: str,
+    controller_from: str,
+    rate: float | None,
+    seed: int,
+    limits: Mapping[str, float] | None,
+) -> str:
+    """SHA-256 of what determines an episode.
+
+    Args:
+        scenario_hash: of its scenario.
+        controller: its reference.
+        controller_from: distribution and version, or a file's name and hash.
+        rate: penetration rate.
+        seed: of the demand and the controller.
+        limits: of time and memory where the controller is isolated; None where it is not.
+    """
+    facts = {
+        "scenario": scenario_hash,
+        "controller": naming.label(controller),
+        "controller_from": controller_from,
+        "controller_code": _code_of(controller),
+        "rate": rate,
+        "seed": seed,
+        "limits": limits,
+        "code": code("benchmark"),
+        "versions": _versions(),
+    }
+    return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def code(package: str) -> str:
+    """SHA-256 of a package's files as they are now, weights among them; empty if there is none.
+
+    Asked once per process.
+
+    Args:
+        package: a name without dots, of a module too; it is not imported.
+    """
+    total = hashlib.sha256()
+    for name, path in _files(package):
+        content = path.read_bytes()
+        total.update(f"{name}\0{len(content)}\0".encode() + content)
+    return total.hexdigest()
+
+
+def _files(package: str) -> Iterator[tuple[str, Path]]:
+    """A package's files by their names in it, sorted."""
+    spec = importlib.util.find_spec(package)
+    if spec is None:
+        return
+    if spec.submodule_search_locations is None:  # one file
+        if spec.has_location and spec.origin:
+            yield Path(spec.origin).name, Path(spec.origin)
+        return
+    # a folder without __init__.py may hold anything
+    pattern = "*" if spec.origin else "*.py"
+    left_out = APART if package == __package__ else frozenset()
+    for folder in map(Path, spec.submodule_search_locations):
+        for path in sorted(folder.rglob(pattern)):
+            parts = path.relative_to(folder).parts
+            if path.is_file() and "__pycache__" not in parts and parts[0] not in left_out:
+                yield "/".join(parts), path
+
+
+def _code_of(controller: str) -> str | None:
+    """Of the package that an installed controller or a module's lies in.
+
+    A file's hash is where it comes from.
+    """
+    parts = naming.parse(controller)
+    if parts.is_file:
+        return None
+    entry = plugins.discovered().get(parts.place)
+    module = parts.place if parts.attribute else entry.module if entry else None
+    return code(module.partition(".")[0]) if module else None
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {
+        "rightofway": __version__,
+        "sumo": sumo_tools.sumo_version(),
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+    }

@@ -1,0 +1,119 @@
+"""The identity of an episode: equal where figures must be equal, another where they may not."""
+
+import dataclasses
+from pathlib import Path
+
+import grimp
+import pytest
+from conftest import smoke
+
+from benchmark import identity
+from benchmark.episode import Episode, run
+from benchmark.isolation.limits import Limits
+
+CONTROLLER = """
+from benchmark.controller import Controller
+
+class Mine(Controller):
+    def reset(self, intersection, seed):
+        pass
+
+    def act(self, state):
+        return {}
+"""
+ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
+
+
+def test_the_record_of_an_episode_has_its_identity() -> None:
+    assert run(ONE).identity == ONE.identity
+    assert len(ONE.identity) == 64
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"scenario": smoke("crossing")},
+        {"scenario": smoke("tee").with_demand(1.5)},
+        {"controller": "first-come"},
+        {"controller": "virtual-signal?green=9"},
+        {"rate": 0.6},
+        {"seed": 2},
+        {"isolate": True},
+        {"isolate": True, "limits": Limits(memory=1024)},
+    ],
+)
+def test_whatever_may_change_figures_changes_the_identity(change: dict[str, object]) -> None:
+    others = [dataclasses.replace(ONE, **change), ONE, dataclasses.replace(ONE, isolate=True)]
+    wanted = 2 if change == {"isolate": True} else 3
+    assert len({one.identity for one in others}) == wanted
+
+
+def test_limits_that_bind_nobody_change_nothing() -> None:
+    """The controller is installed, and so is not isolated."""
+    assert dataclasses.replace(ONE, limits=Limits(memory=1024)).identity == ONE.identity
+
+
+def test_a_file_is_known_by_what_it_holds_not_by_where_it_lies(tmp_path: Path) -> None:
+    found = []
+    for folder, text in (("a", CONTROLLER), ("b", CONTROLLER), ("c", f"{CONTROLLER}\n# edited")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.py").write_text(text)
+        reference = f"{tmp_path / folder / 'mine.py'}:Mine"
+        found.append(dataclasses.replace(ONE, controller=reference).identity)
+    assert found[0] == found[1] != found[2]
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package with a controller and weights, on the path."""
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    for name, content in (("__init__.py", ""), ("one.py", CONTROLLER), ("weights.bin", "1")):
+        (folder / name).write_text(content)
+    monkeypatch.syspath_prepend(tmp_path)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["one.py", "__init__.py", "weights.bin", "new/data.txt"])
+def test_a_file_of_its_package_counts_without_a_new_version(package: Path, name: str) -> None:
+    mine = dataclasses.replace(ONE, controller="mine.one:Mine")
+    found = []
+    for text in ("", "# edited"):
+        (package / name).parent.mkdir(exist_ok=True)
+        (package / name).write_text(CONTROLLER + text)
+        identity.code.cache_clear()
+        found.append(mine.identity)
+    assert found[0] != found[1]
+    identity.code.cache_clear()
+
+
+def test_what_python_keeps_beside_a_package_does_not_count(package: Path) -> None:
+    before = identity.code("mine")
+    (package / "__pycache__").mkdir()
+    (package / "__pycache__" / "one.pyc").write_text("x")
+    identity.code.cache_clear()
+    assert identity.code("mine") == before
+    identity.code.cache_clear()
+
+
+def test_no_two_ways_to_cut_files_share_a_hash(package: Path) -> None:
+    (package / "a").write_text("1")
+    (package / "b").write_text("2")
+    before = identity.code("mine")
+    (package / "b").unlink()
+    (package / "a").write_text("1b\x001\x002")
+    identity.code.cache_clear()
+    assert identity.code("mine") != before
+    identity.code.cache_clear()
+
+
+def test_episodes_import_nothing_of_the_folders_that_do_not_count() -> None:
+    graph = grimp.build_graph("benchmark", "baselines")
+    found = graph.find_upstream_modules("benchmark.episode") | graph.find_upstream_modules(
+        "baselines", as_package=True
+    )
+    used = {name.split(".")[1] for name in found if name.startswith("benchmark.")}
+    assert {"world", "metrics", "isolation"} <= used
+    assert not used & identity.APART
+    folder = Path(identity.__file__).parent
+    assert all((folder / name / "__init__.py").exists() for name in identity.APART)
