@@ -2,14 +2,16 @@
 
 Two episodes of one identity give the same record but for its wall time, so the second need not be
 run. Versions alone would not do: of an editable installation, code changes and its version stays.
-What a controller's package imports from elsewhere is not seen.
+What a controller's package imports from elsewhere is not seen; beside a controller from a file, code
+and weights in its own folder are.
 """
 
 import hashlib
 import importlib.util
 import json
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -18,6 +20,9 @@ from benchmark import __version__, naming, plugins, sumo_tools
 
 APART = frozenset({"commands", "conformance", "paper", "regression_report"})
 """Folders of this package that no episode imports; a test holds that."""
+
+
+NEIGHBOURS = frozenset({".py", ".safetensors", ".onnx", ".pt", ".pth", ".npz", ".npy"})
 
 
 def of(
@@ -44,6 +49,7 @@ def of(
         "controller": naming.label(controller),
         "controller_from": controller_from,
         "controller_code": _code_of(controller),
+        "option_files": _option_files(controller),
         "rate": rate,
         "seed": seed,
         "limits": limits,
@@ -62,8 +68,13 @@ def code(package: str) -> str:
     Args:
         package: a name without dots, of a module too; it is not imported.
     """
+    return _digest(_files(package))
+
+
+def _digest(files: Iterable[tuple[str, Path]]) -> str:
+    """SHA-256 of files by their names."""
     total = hashlib.sha256()
-    for name, path in _files(package):
+    for name, path in files:
         content = path.read_bytes()
         total.update(f"{name}\0{len(content)}\0".encode() + content)
     return total.hexdigest()
@@ -89,16 +100,39 @@ def _files(package: str) -> Iterator[tuple[str, Path]]:
 
 
 def _code_of(controller: str) -> str | None:
-    """Of the package that an installed controller or a module's lies in.
-
-    A file's hash is where it comes from.
-    """
+    """Of the package that an installed controller or a module's lies in; of a file's neighbours."""
     parts = naming.parse(controller)
     if parts.is_file:
-        return None
+        return beside(Path(parts.place).expanduser().parent)
     entry = plugins.discovered().get(parts.place)
     module = parts.place if parts.attribute else entry.module if entry else None
     return code(module.partition(".")[0]) if module else None
+
+
+@cache
+def beside(folder: Path) -> str:
+    """SHA-256 of the code and weights that lie in a folder itself, where a controller may use them.
+
+    Asked once per process.
+    """
+    return _digest(
+        (path.name, path)
+        for path in sorted(folder.iterdir())
+        if path.suffix in NEIGHBOURS and path.is_file()
+    )
+
+
+def _option_files(controller: str) -> dict[str, str]:
+    """SHA-256 of the files and folders that options name, such as weights."""
+    named = {key: Path(value) for key, value in naming.parse(controller).options().items()}
+    found = {}
+    for key, path in named.items():
+        with suppress(OSError):  # as a name it is too long, for one
+            if path.is_file():
+                found[key] = _digest([(path.name, path)])
+            elif path.is_dir():
+                found[key] = beside(path)
+    return found
 
 
 @cache

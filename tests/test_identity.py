@@ -63,6 +63,30 @@ def test_a_file_is_known_by_what_it_holds_not_by_where_it_lies(tmp_path: Path) -
     assert found[0] == found[1] != found[2]
 
 
+@pytest.mark.parametrize("name", ["helper.py", "weights.safetensors"])
+def test_code_and_weights_beside_a_file_count(tmp_path: Path, name: str) -> None:
+    (tmp_path / "mine.py").write_text(CONTROLLER)
+    one = dataclasses.replace(ONE, controller=f"{tmp_path / 'mine.py'}:Mine")
+    found = []
+    for text in ("", "# edited"):
+        (tmp_path / name).write_text(text)
+        (tmp_path / "notes.txt").write_text(text)
+        identity.beside.cache_clear()
+        found.append(one.identity)
+    assert found[0] != found[1]
+
+
+def test_files_that_options_name_count_by_what_they_hold(tmp_path: Path) -> None:
+    named = tmp_path / "mine.safetensors"
+    one = dataclasses.replace(ONE, controller=f"wang?weights={named}")
+    found = [one.identity]
+    for text in (b"1", b"2"):
+        named.write_bytes(text)
+        found.append(one.identity)
+    assert len(set(found)) == 3
+    assert dataclasses.replace(ONE, controller=f"wang?weights={'x' * 5000}").identity
+
+
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A package with a controller and weights, on the path."""

@@ -53,7 +53,7 @@ def both(scenario: Scenario, controller: str, rate: float | None = 0.5) -> tuple
     here, apart = (
         run(Episode(scenario, controller, rate, 3, isolate, ROOMY)) for isolate in (False, True)
     )
-    still = {"wall_time": 0.0}
+    still = {"wall_time": 0.0, "identity": None}  # limits are part of it
     return here.model_copy(update=still), apart.model_copy(update=still)
 
 
@@ -288,7 +288,7 @@ def test_files_and_modules_run_apart_and_are_not_imported_here(
     assert "apart.py sha256:" in str(record.controller_from)
     assert (low.status, low.reason) == ("skipped", "it needs 30 to 100 % RVs, and the rate is 20 %")
     wished = replace(chosen[1], isolate=False)
-    still = {"wall_time": 0.0}
+    still = {"wall_time": 0.0, "identity": None}
     assert run(wished).model_copy(update=still) == record.model_copy(update=still)
     assert sys.modules.pop("apart_was_here") is sys
     sys.modules.pop("apart", None)
