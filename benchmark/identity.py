@@ -2,8 +2,8 @@
 
 Two episodes of one identity give the same record but for its wall time, so the second need not be
 run. Versions alone would not do: of an editable installation, code changes and its version stays.
-What a controller's package imports from elsewhere is not seen; beside a controller from a file, code
-and weights in its own folder are.
+What a controller's package imports from elsewhere is not seen; of a controller from a file, the
+code and weights in the same folder are.
 """
 
 import hashlib
