@@ -36,5 +36,9 @@ class BundleError(RightOfWayError):
     """A submission cannot be made, or is not fit to be looked at."""
 
 
+class ClusterError(RightOfWayError):
+    """A cluster cannot be reached, or its workers cannot run what is asked."""
+
+
 class UsageError(RightOfWayError):
     """The command was called with something that makes no sense."""

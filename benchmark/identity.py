@@ -18,7 +18,7 @@ from pathlib import Path
 
 from benchmark import __version__, naming, plugins, sumo_tools
 
-APART = frozenset({"commands", "conformance", "paper", "regression_report"})
+APART = frozenset({"cluster", "commands", "conformance", "paper", "regression_report"})
 """Folders of this package that no episode imports; a test holds that."""
 
 

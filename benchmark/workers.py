@@ -28,13 +28,13 @@ def pool(count: int, initializer: Callable[..., None] | None = None, *given: Any
 
     context = multiprocessing.get_context("spawn")
     found = ProcessPool(count, initializer=_begin, initargs=(initializer, *given), context=context)
-    with _interrupts_held_back():
+    with interrupts_held_back():
         assert found.active  # to ask starts it
     return found
 
 
 @contextmanager
-def _interrupts_held_back() -> Iterator[None]:
+def interrupts_held_back() -> Iterator[None]:
     """Threads and processes that start meanwhile never hear Ctrl-C; this thread hears it later."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows: workers hear it until ``_begin``
         yield

@@ -1,0 +1,1 @@
+"""Episodes on a Dask cluster: only this package knows Dask."""
