@@ -1,13 +1,12 @@
 """The command ``rightofway run``."""
 
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, failures, log_file, study
+from benchmark.commands import console, failures, log_file, study, where
 from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
 from benchmark.commands.records import print_leaderboard, write_leaderboard
 from benchmark.errors import UsageError
@@ -75,6 +74,16 @@ def run(
     time_limit: Annotated[
         float, typer.Option(min=0.1, help="Wall time for one try at an episode [s].")
     ] = 600.0,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help="Run on the Dask cluster of this scheduler, as in tcp://host:8786."),
+    ] = None,
+    scheduler_file: Annotated[
+        Path | None, typer.Option(help="The same, its address in the file that Dask writes.")
+    ] = None,
+    cluster: Annotated[
+        where.Started | None, typer.Option(help="Start a Dask cluster on this machine.")
+    ] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Also run what the folder holds already.")
     ] = False,
@@ -86,8 +95,7 @@ def run(
 
     What the folder holds already is not run again.
     """
-    from benchmark import action_log, episode, leaderboard, replay
-    from benchmark.local import LocalPool, cores
+    from benchmark import action_log, leaderboard
     from benchmark.store import Store
 
     if seeds and seed:
@@ -103,8 +111,14 @@ def run(
     )
     _say_what_isolation_lacks(chosen)
     actions = action_log.folder_in(out) if log_actions else None
-    work = partial(replay.run_logged, folder=actions) if actions else episode.run
-    executor = LocalPool(workers or cores(), time_limit, work)
+    executor = where.executor(
+        workers,
+        time_limit,
+        actions,
+        scheduler=scheduler,
+        scheduler_file=scheduler_file,
+        cluster=cluster,
+    )
     with log_file.following(log), store.writing():
         done = study.run(chosen, executor, store, force=force, actions=actions)
         if not done.interrupted:
