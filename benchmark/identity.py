@@ -18,9 +18,13 @@ from pathlib import Path
 
 from benchmark import __version__, naming, plugins, sumo_tools
 
-APART = frozenset({"cluster", "commands", "conformance", "paper", "regression_report"})
+APART = frozenset(
+    {"cluster", "commands", "conformance", "paper", "regression_report", "site", "submission"}
+)
 """Folders of this package that no episode imports; a test holds that."""
 
+DATA = frozenset({"scenarios", "suites", "templates"})
+"""Folders without code; a checkout has the first elsewhere than a wheel."""
 
 NEIGHBOURS = frozenset({".py", ".safetensors", ".onnx", ".pt", ".pth", ".npz", ".npy"})
 
@@ -91,7 +95,7 @@ def _files(package: str) -> Iterator[tuple[str, Path]]:
         return
     # a folder without __init__.py may hold anything
     pattern = "*" if spec.origin else "*.py"
-    left_out = APART if package == __package__ else frozenset()
+    left_out = APART | DATA if package == __package__ else frozenset()
     for folder in map(Path, spec.submodule_search_locations):
         for path in sorted(folder.rglob(pattern)):
             parts = path.relative_to(folder).parts
@@ -111,15 +115,15 @@ def _code_of(controller: str) -> str | None:
 
 @cache
 def beside(folder: Path) -> str:
-    """SHA-256 of the code and weights that lie in a folder itself, where a controller may use them.
+    """SHA-256 of a folder's neighbours; asked once per process."""
+    return _digest((path.name, path) for path in neighbours(folder))
 
-    Asked once per process.
-    """
-    return _digest(
-        (path.name, path)
-        for path in sorted(folder.iterdir())
-        if path.suffix in NEIGHBOURS and path.is_file()
-    )
+
+def neighbours(folder: Path) -> list[Path]:
+    """Code and weights that lie in a folder itself, where a controller from there may use them."""
+    return [
+        path for path in sorted(folder.iterdir()) if path.suffix in NEIGHBOURS and path.is_file()
+    ]
 
 
 def _option_files(controller: str) -> dict[str, str]:

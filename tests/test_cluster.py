@@ -19,10 +19,11 @@ from distributed import Client, LocalCluster
 from plugins import install
 from test_determinism import lines
 
-from benchmark import plugins
+from benchmark import identity, plugins
 from benchmark.cluster import connection, stream
 from benchmark.cluster.executor import Cluster
 from benchmark.episode import Episode, run
+from benchmark.errors import ClusterError
 from benchmark.local import LocalPool
 from benchmark.record import Record
 from benchmark.store import Store
@@ -68,8 +69,11 @@ def test_a_controllers_file_travels_and_keeps_its_name_and_hash(
     dask: LocalCluster, tmp_path: Path
 ) -> None:
     file = tmp_path / "mine.py"
+    (tmp_path / "helper.py").write_text("from baselines.virtual_signal import VirtualSignal\n")
     file.write_text(
-        "from baselines.virtual_signal import VirtualSignal\nclass Mine(VirtualSignal):\n    pass\n"
+        "import sys; from pathlib import Path\n"
+        "sys.path.append(str(Path(__file__).parent))\n"
+        "import helper\nclass Mine(helper.VirtualSignal):\n    pass\n"
     )
     episode = Episode(smoke("crossing"), f"{file}:Mine?green=10", 0.5, 1)
     expected = run(episode)
@@ -83,6 +87,28 @@ def test_a_controllers_file_travels_and_keeps_its_name_and_hash(
     (found,) = Cluster(elsewhere).run([episode])
     assert lines([found[1]]) == lines([expected])
     assert str(found[1].controller_from).startswith("mine.py sha256:")
+
+
+def test_what_is_too_large_to_travel_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("")
+    (tmp_path / "mine.safetensors").write_bytes(b"x" * 2_000_001)
+    episode = Episode(smoke("crossing"), f"{tmp_path / 'mine.py'}:Mine", 0.5, 1)
+
+    @contextmanager
+    def never() -> Iterator[Client]:
+        raise AssertionError
+        yield
+
+    with pytest.raises(ClusterError, match=r"it has 2.0 MB, and at most 2 MB travel"):
+        next(Cluster(never).run([episode]))
+
+
+def test_a_record_made_of_other_files_is_not_taken(
+    dask: LocalCluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(identity, "of", lambda **_: "of other files, in this process alone")
+    with pytest.raises(ClusterError, match="ran virtual-signal with other files than are here"):
+        list(on(dask).run([SHORT]))
 
 
 def test_what_goes_wrong_in_an_episode_is_recorded_as_on_this_machine(dask: LocalCluster) -> None:

@@ -141,3 +141,4 @@ def test_episodes_import_nothing_of_the_folders_that_do_not_count() -> None:
     assert not used & identity.APART
     folder = Path(identity.__file__).parent
     assert all((folder / name / "__init__.py").exists() for name in identity.APART)
+    assert not [path for name in identity.DATA for path in (folder / name).glob("__init__.py")]

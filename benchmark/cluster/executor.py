@@ -5,11 +5,11 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmark import __version__, naming, outcome
+from benchmark import __version__, identity, naming, outcome
 from benchmark.cluster import environment, worker
 from benchmark.cluster.environment import Environment
 from benchmark.cluster.stream import Stream
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 Ended = tuple[Episode, Record]
+Luggage = Mapping[str, Mapping[str, bytes]]
+LARGEST_LUGGAGE = 2_000_000  # bytes with each episode, of which up to 1000 are on their way
 NAMED = 5  # workers that a message names
 
 
@@ -54,8 +56,9 @@ class Cluster:
             return
         controllers = {one.controller for one in episodes}
         wanted, files = environment.needed(controllers), _files(controllers)
+        tries = [_Try(one, one.identity) for one in episodes]
         with self._connect() as client:
-            flight = _Flight(client, wanted, files, self._time_limit, episodes)
+            flight = _Flight(client, wanted, files, self._time_limit, tries)
             try:
                 if refused := _refused(client, wanted):
                     raise ClusterError(refused)
@@ -80,6 +83,7 @@ class _Try:
     """An episode on its way."""
 
     episode: Episode
+    identity: str  # as it was before
     alone: bool = False  # with no other under way
 
 
@@ -90,13 +94,13 @@ class _Flight:
         self,
         client: "Client",
         wanted: Environment,
-        files: Mapping[str, bytes],
+        files: Luggage,
         time_limit: float,
-        episodes: Iterable[Episode],
+        tries: Iterable[_Try],
     ) -> None:
         self._client, self._wanted, self._files = client, wanted, files
         self._time_limit = time_limit
-        self._waiting = deque(map(_Try, episodes))
+        self._waiting = deque(tries)
         self._suspects: deque[_Try] = deque()
         self._stream: Stream[_Try] = Stream(client, worker.run)
         self._landing = False
@@ -128,7 +132,7 @@ class _Flight:
 
     def _job(self, episode: Episode) -> worker.Job:
         place = naming.parse(episode.controller).place
-        return worker.Job(episode, self._time_limit, self._files.get(place))
+        return worker.Job(episode, self._time_limit, self._files.get(place, {}))
 
     def _record(self, one: _Try, result: Any) -> Record | None:
         """What an episode leaves behind, if it is not to be tried again or in vain."""
@@ -136,7 +140,13 @@ class _Flight:
 
         match result:
             case Record():
-                return result
+                # an option may name a file that the episode itself writes
+                if result.identity in (one.identity, one.episode.identity):
+                    return result
+                self.trouble = self.trouble or (
+                    f"a worker ran {one.episode.label} with other files than are here; what its "
+                    "options name must lie at the same path there, and be the same"
+                )
             case CancelledError():  # the scheduler was away
                 self._waiting.appendleft(one)
             case KilledWorker():  # by this episode, or by one that was on the same workers
@@ -145,7 +155,7 @@ class _Flight:
                 if one.alone:
                     return record
                 outcome.log_retry(record)
-                self._suspects.append(_Try(one.episode, alone=True))
+                self._suspects.append(replace(one, alone=True))
             case worker.Refused():
                 self.trouble = self.trouble or _words({result.worker: result.reason})
             case _:  # a worker or the scheduler cannot even begin
@@ -160,15 +170,31 @@ class _Flight:
         return None
 
 
-def _files(controllers: Iterable[str]) -> dict[str, bytes]:
-    """What the files of controllers hold, by their paths."""
-    places = {Path(one.place) for one in map(naming.parse, controllers) if one.is_file}
-    try:
-        return {str(place): place.read_bytes() for place in places}
-    except OSError as error:
-        raise ControllerError(
-            f"{error.filename}: cannot read the controller: {error.strerror}"
-        ) from error
+def _files(controllers: Iterable[str]) -> Luggage:
+    """What the files of controllers hold and those beside them, by the controllers' paths.
+
+    Raises:
+        ClusterError: they are too large to travel with each episode.
+        ControllerError: they cannot be read.
+    """
+    places = {one.place for one in map(naming.parse, controllers) if one.is_file}
+    found = {}
+    for place in places:
+        try:
+            near = identity.neighbours(Path(place).parent)
+            files = {path.name: path.read_bytes() for path in near}
+        except OSError as error:
+            raise ControllerError(
+                f"{error.filename}: cannot read the controller: {error.strerror}"
+            ) from error
+        if (size := sum(map(len, files.values()))) > LARGEST_LUGGAGE:
+            raise ClusterError(
+                f"{place}: with the code and weights in its folder it has {size / 1e6:.1f} MB, and "
+                f"at most {LARGEST_LUGGAGE / 1e6:g} MB travel to workers; give it a folder of its "
+                "own, or install it there as a package"
+            )
+        found[place] = files
+    return found
 
 
 def _refused(client: "Client", wanted: Environment) -> str:

@@ -29,7 +29,7 @@ class Job:
 
     episode: "Episode"
     time_limit: float  # s of wall time for one try
-    file: bytes | None  # what the file of its controller holds
+    files: Mapping[str, bytes]  # the file of its controller and what lies beside it, by name
 
 
 @dataclass(frozen=True)
@@ -68,31 +68,33 @@ def run(wanted: Mapping[tuple[str, str], str], job: bytes) -> "Record | Refused"
 def _placed(job: Job, folder: Path) -> "Episode":
     """A job's episode with the controller's file where it is on this machine.
 
-    Where the same file lies at the same place it is taken, with what lies beside it.
+    Where the same files lie at the same place they are taken, with all else that lies there.
     """
     from benchmark import naming
 
-    if job.file is None:
+    if not job.files:
         return job.episode
     reference = naming.parse(job.episode.controller)
     place = Path(reference.place)
     with suppress(OSError):
-        if place.read_bytes() == job.file:
+        if all((place.parent / name).read_bytes() == it for name, it in job.files.items()):
             return job.episode
-    copy = replace(reference, place=str(_written(job.file, folder, place.name)))
+    copy = replace(reference, place=str(_written(job.files, folder) / place.name))
     return replace(job.episode, controller=str(copy))
 
 
-def _written(content: bytes, folder: Path, name: str) -> Path:
-    """A file with this content, in a folder of its own."""
+def _written(files: Mapping[str, bytes], folder: Path) -> Path:
+    """A folder that holds just these files."""
     import hashlib
 
-    place = folder / "controllers" / hashlib.sha256(content).hexdigest() / name
+    code = hashlib.sha256(pickle.dumps(sorted(files.items()))).hexdigest()
+    place = folder / "controllers" / code
     with _lock:
         if not place.exists():
-            place.parent.mkdir(parents=True, exist_ok=True)
             draft = place.with_suffix(".draft")
-            draft.write_bytes(content)
+            draft.mkdir(parents=True, exist_ok=True)
+            for name, content in files.items():
+                (draft / name).write_bytes(content)
             draft.rename(place)
     return place
 
