@@ -3,6 +3,8 @@
 import copy
 import math
 import os
+import subprocess
+import sys
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
@@ -202,3 +204,13 @@ def drawn() -> Intersection:
             ways.append(replace(way, shape=shape, length=length))
         movements[name] = replace(movement, ways=tuple(ways))
     return replace(CROSSROADS, movements=movements)
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the wheel and the source distribution."""
+    folder = tmp_path_factory.mktemp("dist")
+    whole = [sys.executable, "-m", "hatchling", "build", "-d", str(folder)]
+    done = subprocess.run(whole, cwd=SCENARIOS.parent, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return folder

@@ -1,6 +1,7 @@
 """Every command in CONTRIBUTING.md is run as it stands, in an empty folder.
 
-Only ``pip install`` is given another target than the environment that the tests run in.
+The command is the built wheel's, as for those who contribute from elsewhere. Only ``pip install``
+is given another target than the environment that the tests run in.
 """
 
 import os
@@ -29,12 +30,14 @@ class Shell:
 
     folder: Path
     site: Path  # where pip installs
+    wheel: Path | None = None  # where Right of Way itself is installed; None: this checkout
     said: dict[str, str] = field(default_factory=dict)  # standard output by command
 
     @property
     def environment(self) -> Mapping[str, str]:
         path = os.pathsep.join([str(PROGRAMS), os.environ["PATH"]])
-        modules = os.pathsep.join([str(self.site), os.environ.get("PYTHONPATH", "")])
+        places = [self.site, *([self.wheel] if self.wheel else [])]
+        modules = os.pathsep.join([*map(str, places), os.environ.get("PYTHONPATH", "")])
         return os.environ | {"PATH": path, "PYTHONPATH": modules, "COLUMNS": "200"}
 
     def run(self, line: str) -> None:
@@ -72,9 +75,19 @@ def commands(title: str) -> list[str]:
     return [line for block in blocks for line in block.splitlines()]
 
 
-def follow(title: str, folder: Path) -> Shell:
-    """Do what a section says."""
-    shell = Shell(folder / "here", folder / "site")
+@pytest.fixture(scope="module")
+def wheel(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that the built wheel is installed in, which comes before this checkout."""
+    (file,) = built.glob("*.whl")
+    site = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "install", *OFFLINE.split(), "--target", str(site)]
+    subprocess.run([*pip, str(file)], check=True)
+    return site
+
+
+def follow(title: str, folder: Path, wheel: Path) -> Shell:
+    """Do what a section says, with what the wheel installs."""
+    shell = Shell(folder / "here", folder / "site", wheel)
     shell.folder.mkdir()
     for line in commands(title):
         shell.run(line)
@@ -94,8 +107,8 @@ def test_each_path_is_under_a_page(title: str) -> None:
     assert commands(title)[0].startswith("rightofway new ")
 
 
-def test_a_scenario_is_written_checked_drawn_and_run(tmp_path: Path) -> None:
-    shell = follow("Add a scenario", tmp_path)
+def test_a_scenario_is_written_checked_drawn_and_run(tmp_path: Path, wheel: Path) -> None:
+    shell = follow("Add a scenario", tmp_path, wheel)
     assert "all well" in shell.said["rightofway check my-crossing.toml"]
     assert len(list(shell.folder.glob("*.png"))) == 1
     found = {(one.scenario, one.controller, one.status) for one in shell.records()}
@@ -118,9 +131,9 @@ def test_the_signal_that_is_proposed_can_be_appended_to_a_scenario_without_one(
 
 
 def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderboard(
-    tmp_path: Path,
+    tmp_path: Path, wheel: Path
 ) -> None:
-    shell = follow("Add a controller", tmp_path)
+    shell = follow("Add a controller", tmp_path, wheel)
     assert re.search(r"\d+ passed in", shell.said["pytest"])
     (line,) = (one for one in shell.said["rightofway list"].splitlines() if "my-controller" in one)
     assert line.split()[1:3] == ["robot", "vehicles"]
@@ -131,6 +144,9 @@ def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderbo
     assert {one.status for one in found.values()} == {"ok"}
     table = (shell.folder / "out" / "LEADERBOARD.md").read_text()
     assert "| my-controller " in table
+    verified = shell.said["rightofway verify my-controller.zip --out results"]
+    assert "accepted" in verified.splitlines()[-2]
+    assert " my-controller " in shell.said["rightofway leaderboard --records results"]
 
 
 def test_a_controller_in_a_file_is_checked_and_run_before_it_is_a_package(tmp_path: Path) -> None:

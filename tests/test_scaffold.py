@@ -1,7 +1,5 @@
 """New packages and scenarios: named as asked, whole or not there, never over what is there."""
 
-import subprocess
-import sys
 import tarfile
 import tomllib
 import zipfile
@@ -131,16 +129,6 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
 
 
 # --- what is shipped ---------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the wheel and the source distribution."""
-    folder = tmp_path_factory.mktemp("dist")
-    whole = [sys.executable, "-m", "hatchling", "build", "-d", str(folder)]
-    done = subprocess.run(whole, cwd=ROOT, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return folder
 
 
 def test_wheel_and_source_carry_templates_suites_and_scenarios(built: Path) -> None:

@@ -84,11 +84,12 @@ def _completed(plugin: Plugin, source: str, words: Words) -> Words:
         words.paper or facts.get("paper", ""),
         words.licence or facts.get("licence"),
     )
-    for option, value in (("author", found.authors), ("licence", found.licence)):
-        if not value:
-            raise BundleError(
-                f"{plugin.reference}: its package does not name its {option}; give --{option}"
-            )
+    needed = {"author": found.authors, "licence": found.licence}
+    if lacking := [name for name, value in needed.items() if not value]:
+        raise BundleError(
+            f"{plugin.reference}: its package does not name its {' and '.join(lacking)}; "
+            f"give {' and '.join(f'--{name}' for name in lacking)}"
+        )
     if not found.description:
         raise BundleError(f"{plugin.reference}: has no docstring; give --description")
     return found
