@@ -4,7 +4,7 @@ Everything is in metres of the network, x to the east and y to the north.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -14,23 +14,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
-from numpy.typing import NDArray
 
+from benchmark import pavement
+from benchmark.geometry import Frame, Points, curve, directions, points, shifted, stretch
 from benchmark.intersection import Intersection, Lane, Movement
 from benchmark.network import Junction, RoadLane, Surroundings
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import COMPASS
 from benchmark.webster import count
 
-Points = NDArray[np.float64]  # (n, 2), m
-
 COLOURS = dict(zip(COMPASS, ("#0072B2", "#E69F00", "#CC79A7", "#56B4E9"), strict=True))  # Okabe-Ito
 OTHER_COLOUR = "#666666"  # of an approach without a compass name
 GROUND, ASPHALT, PALE_ASPHALT = "#f3f3ee", "#84878c", "#dcdddf"
 PAINT, CENTRE_LINE = "#ffffff", "#f5d76e"
-SHOULDER = 0.3  # m of asphalt beside a lane
 CONTROL_TINT, DECISION_TINT = 0.38, 0.85  # share of the approach's colour over asphalt
-ARROW_SETBACK, ARROW_LENGTH = 5.0, 10.0  # m from the entrance, and stretched as painted ones are
 FLOW_TAIL = 7.0  # m of a flow before the entrance and behind the exit
 FLOW_FILL, FLOW_GAP = 0.7, 0.5  # share of a road's width for its flows, and m between them
 
@@ -47,86 +44,12 @@ def zone_colour(approach: str, tint: float) -> tuple[float, float, float]:
     return float(red), float(green), float(blue)
 
 
-def points(shape: Sequence[tuple[float, float]]) -> Points:
-    """A shape as an array."""
-    return np.asarray(shape, dtype=np.float64)
-
-
-def _directions(line: Points) -> Points:
-    """Unit tangents at the points of a line."""
-    steps = np.diff(line, axis=0)
-    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-9)
-    tangents = np.vstack([steps[:1], steps[:-1] + steps[1:], steps[-1:]])
-    unit: Points = tangents / np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-9)
-    return unit
-
-
-def shifted(line: Points, right: float) -> Points:
-    """A line beside another, to the right of its direction [m]."""
-    tangents = _directions(line)
-    moved: Points = line + right * np.column_stack([tangents[:, 1], -tangents[:, 0]])
-    return moved
-
-
-def ribbon(line: Points, width: float) -> Points:
-    """The outline of a line with a width [m]."""
-    return np.vstack([shifted(line, width / 2), shifted(line, -width / 2)[::-1]])
-
-
-def stretch(line: Points, near: float, far: float) -> Points | None:
-    """The part of a line between two distances from its end [m]; None where there is none."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    start, end = max(along[-1] - far, 0.0), min(along[-1] - near, along[-1])
-    if start >= end:
-        return None
-    places = [start, *(place for place in along if start < place < end), end]
-    return np.column_stack([np.interp(places, along, line[:, axis]) for axis in (0, 1)])
-
-
-def curve(start: Points, out: Points, into: Points, end: Points) -> Points:
-    """A cubic Bezier curve by its four control points."""
-    t = np.linspace(0, 1, 40)[:, None]
-    bent: Points = (
-        (1 - t) ** 3 * start + 3 * (1 - t) ** 2 * t * out + 3 * (1 - t) * t**2 * into + t**3 * end
-    )
-    return bent
-
-
 def spread(wanted: Sequence[float], sizes: Sequence[float]) -> list[float]:
     """Centres of things in a row, as near to where they are wanted as they fit without overlap."""
     from scipy.optimize import isotonic_regression
 
     steps = np.concatenate([[0.0], np.cumsum([(a + b) / 2 for a, b in pairwise(sizes)])])
     return [float(centre) for centre in isotonic_regression(np.array(wanted) - steps).x + steps]
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where a road meets the intersection: a point and the direction of travel."""
-
-    origin: Points
-    ahead: Points
-
-    @classmethod
-    def of(cls, lanes: Sequence[Lane] | Sequence[RoadLane], end: int) -> "Frame":
-        """The mean of lanes at their starts (0) or ends (-1)."""
-        lines = [points(lane.shape) for lane in lanes]
-        ahead = np.mean([_directions(line)[end] for line in lines], axis=0)
-        return cls(np.mean([line[end] for line in lines], axis=0), ahead / np.linalg.norm(ahead))
-
-    @property
-    def right(self) -> Points:
-        """The unit vector to the right of the direction."""
-        return np.array([self.ahead[1], -self.ahead[0]])
-
-    def at(self, right: float, ahead: float) -> Points:
-        """A point by its place beside and ahead of the origin [m]."""
-        place: Points = self.origin + right * self.right + ahead * self.ahead
-        return place
-
-    def beside(self, point: Points) -> float:
-        """How far a point lies to the right [m]."""
-        return float((point - self.origin) @ self.right)
 
 
 @dataclass(frozen=True)
@@ -194,10 +117,6 @@ class Site:
         lanes = [lane for lane in self.ground.lanes.values() if lane.road == name]
         return sorted(lanes, key=lambda lane: lane.index)
 
-    def turns(self, lane: Lane) -> str:
-        """The turns that a lane serves, as in ``"CL"``."""
-        return "".join(sorted({self.intersection.movements[name].turn for name in lane.movements}))
-
     @cached_property
     def flows(self) -> list[Flow]:
         """The movements' volumes in the peak period, the widest first."""
@@ -260,9 +179,7 @@ class _Bands:
 
 def draw_asphalt(axes: Axes, site: Site, colour: str) -> None:
     """Lanes and the areas where roads meet."""
-    lanes = site.ground.lanes.values()
-    shapes = [ribbon(points(lane.shape), lane.width + 2 * SHOULDER) for lane in lanes]
-    shapes += [points(area) for area in site.ground.areas]
+    shapes = pavement.asphalt(site.ground)
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=colour, linewidth=0.6))
 
 
@@ -273,71 +190,26 @@ def draw_zones(axes: Axes, site: Site) -> None:
         (settings.control_zone, CONTROL_TINT),
         (settings.decision_zone, DECISION_TINT),
     ):
-        for name, zone in site.junction.zone.items():
-            lane = site.ground.lanes[name]
-            part = stretch(points(lane.shape), -zone.end, reach - zone.end)
-            if part is not None:
-                shade = zone_colour(zone.approach, tint)
-                shape = ribbon(part, lane.width)
-                axes.add_collection(PolyCollection([shape], facecolor=shade, edgecolor="none"))
+        for approach, shape in pavement.zone(site.junction, site.ground, reach):
+            shade = zone_colour(approach, tint)
+            axes.add_collection(PolyCollection([shape], facecolor=shade, edgecolor="none"))
 
 
 def draw_markings(axes: Axes, site: Site) -> None:
     """Lane lines and centre lines of all roads, and the arrows painted before the entrance."""
-    between: list[Points] = []
-    middle: list[Points] = []
-    for lane in site.ground.lanes.values():
-        if not lane.inside:
-            innermost = f"{lane.road}_{lane.index + 1}" not in site.ground.lanes
-            line = shifted(points(lane.shape), -lane.width / 2)
-            (middle if innermost else between).append(line)
+    between, middle = pavement.lines(site.ground)
     dashes = [(0, (5, 4))]
     axes.add_collection(LineCollection(between, colors=PAINT, linewidths=0.6, linestyles=dashes))
     axes.add_collection(LineCollection(middle, colors=CENTRE_LINE, linewidths=0.9))
-    _draw_arrows(axes, site)
+    shapes = list(pavement.arrows(site.intersection))
+    axes.add_collection(PolyCollection(shapes, facecolor=PAINT, edgecolor="none"))
 
 
 def draw_stop_lines(axes: Axes, site: Site) -> None:
     """A bar across each incoming lane; dashes where a slip lane yields instead."""
-    for lane in site.intersection.lanes.values():
-        approach = getattr(site.scenario.approaches, lane.approach, None)
-        yields = approach is not None and approach.slip_lane and site.turns(lane) == "R"
-        (x1, y1), (x2, y2) = (
-            shifted(points(lane.shape), side * lane.width / 2)[-1] for side in (-1, 1)
-        )
-        pattern = (0, (0.7, 0.7)) if yields else "solid"
-        axes.plot([x1, x2], [y1, y2], color=PAINT, linewidth=1.6, linestyle=pattern)
-
-
-def _draw_arrows(axes: Axes, site: Site) -> None:
-    """The turns that each incoming lane serves, as painted on the road."""
-    shapes = []
-    for lane in site.intersection.lanes.values():
-        part = stretch(points(lane.shape), ARROW_SETBACK, ARROW_SETBACK + ARROW_LENGTH)
-        if part is not None:
-            length = float(np.linalg.norm(part[-1] - part[0]))
-            frame = Frame(part[0], (part[-1] - part[0]) / length)
-            for piece in _arrow(site.turns(lane)):
-                scaled = piece * (lane.width / 3.2, length / ARROW_LENGTH)
-                shapes.append(np.array([frame.at(right, ahead) for right, ahead in scaled]))
-    axes.add_collection(PolyCollection(shapes, facecolor=PAINT, edgecolor="none"))
-
-
-def _arrow(turns: str) -> Iterator[Points]:
-    """The pieces of a painted arrow, 10 m long, on a lane 3.2 m wide; x to the right, y ahead."""
-    stem, start = 0.36, np.array([0.0, 0.0])
-    if "C" in turns:
-        yield ribbon(np.array([start, [0.0, 7.0]]), stem)
-        yield np.array([[-0.75, 6.8], [0.75, 6.8], [0.0, 10.0]])
-    for turn, side in (("L", -1.0), ("R", 1.0)):
-        if turn in turns:
-            height = 4.4 if "C" in turns else 7.6
-            foot, elbow = np.array([0.0, height - 2.4]), np.array([0.0, height])
-            yield ribbon(np.array([start, foot]), stem)
-            yield ribbon(curve(foot, elbow, elbow, np.array([0.75 * side, height])), stem)
-            yield np.array(
-                [[0.7 * side, height - 1.6], [0.7 * side, height + 1.6], [1.45 * side, height]]
-            )
+    for line in pavement.stop_lines(site.scenario, site.intersection):
+        pattern = (0, (0.7, 0.7)) if line.yields else "solid"
+        axes.plot(*line.ends.T, color=PAINT, linewidth=1.6, linestyle=pattern)
 
 
 def draw_flows(axes: Axes, site: Site, reach: float) -> None:
@@ -354,7 +226,7 @@ def _with_head(flow: Flow, reach: float) -> Points:
     head = min(max(1.2 * flow.width, 0.045 * reach), 0.6 * FLOW_TAIL)
     body = stretch(flow.line, head, np.inf)
     assert body is not None
-    tip, ahead = flow.line[-1], _directions(flow.line)[-1]
+    tip, ahead = flow.line[-1], directions(flow.line)[-1]
     wide = max(flow.width / 2 + 0.006 * reach, 0.016 * reach)
     base = Frame(tip - head * ahead, ahead)
     left, right = shifted(body, -flow.width / 2), shifted(body, flow.width / 2)

@@ -19,8 +19,9 @@ from matplotlib.patches import Patch, Polygon, Rectangle
 from matplotlib.textpath import TextPath
 
 from benchmark import drawing, network
-from benchmark.drawing import Frame, Site, colour_of
+from benchmark.drawing import Site, colour_of
 from benchmark.errors import UsageError
+from benchmark.geometry import Frame
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import LETTERS, Phase, Signal
 from benchmark.webster import peak

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from benchmark import drawing, network, png_file
-from benchmark.drawing import Points, Site, points, ribbon, stretch
+from benchmark.drawing import Site
+from benchmark.geometry import Points, points, ribbon, stretch
 from benchmark.lane_change import LaneChange
 from benchmark.scenario import Scenario
 from benchmark.state import Crossing, TrafficState, Vehicle

@@ -10,7 +10,7 @@ import typer
 
 from baselines.time_windows.stretches import Conflicts
 from baselines.time_windows.watched import Watched, watched
-from benchmark import catalogue, network
+from benchmark import catalogue, geometry, network
 from benchmark.errors import UsageError
 from benchmark.scenario import Scenario
 
@@ -62,11 +62,11 @@ def _plan(axes: "Axes", scenario: Scenario, conflicts: Conflicts, pair: tuple[in
     drawing.draw_asphalt(axes, site, drawing.ASPHALT)
     drawing.draw_stop_lines(axes, site)
     for (way, other), colour in zip((pair, pair[::-1]), CROSSING, strict=True):
-        line = drawing.points(conflicts.ways[way].shape)
+        line = geometry.points(conflicts.ways[way].shape)
         axes.plot(*line.T, color=colour, linewidth=1.2)
         behind = conflicts.ways[way].length  # m from the end of the way, as drawings measure
         edges = behind - conflicts.end[way, other], behind - conflicts.start[way, other]
-        stretch = drawing.stretch(line, *edges)
+        stretch = geometry.stretch(line, *edges)
         if stretch is not None:
             axes.plot(*stretch.T, color=colour, linewidth=6, alpha=0.5, solid_capstyle="butt")
         axes.annotate(conflicts.movements[way], line[0], color=colour, fontsize=9, weight="bold")
