@@ -15,6 +15,7 @@ from benchmark.isolation.limits import DEFAULT, Limits
 from benchmark.isolation.remote import Remote, RemoteGuard, isolated
 from benchmark.plugins import Plugin
 from benchmark.record import Record, Versions
+from benchmark.recorder import Recorder
 from benchmark.scenario import Scenario
 from benchmark.world import MeddlingError, World
 
@@ -83,7 +84,13 @@ class Episode:
         )
 
 
-def run(episode: Episode, *, window: bool = False, recording: Recording | None = None) -> Record:
+def run(
+    episode: Episode,
+    *,
+    window: bool = False,
+    recording: Recording | None = None,
+    recorder: Recorder | None = None,
+) -> Record:
     """Run an episode to its end.
 
     A controller that raises or breaks the contract fails its episode: the record says so.
@@ -92,6 +99,7 @@ def run(episode: Episode, *, window: bool = False, recording: Recording | None =
         episode: what to run.
         window: show it in sumo-gui.
         recording: is told what the controller commands.
+        recorder: keeps where everybody was; empty where the episode does not end well.
 
     Raises:
         RightOfWayError: the scenario itself cannot be run.
@@ -132,7 +140,9 @@ def run_with(
             controllers = guard(plugin, episode.scenario)
             if reason := controllers.unsupported:
                 return episode.record("skipped", reason=reason, **facts)
-            found = _record(episode, controllers, facts, window=window, recording=recording)
+            found = _record(
+                episode, controllers, facts, window=window, recording=recording, recorder=recorder
+            )
     except ControllerFailedError as fault:
         found = episode.record(fault.status, reason=str(fault), **facts)
     except MeddlingError as fault:
@@ -187,12 +197,15 @@ def _record(
     *,
     window: bool,
     recording: Recording | None,
+    recorder: Recorder | None,
 ) -> Record:
     world = world_of(episode, controllers, window=window)
     if recording is not None:
         recording.signal = controllers.signal
         for name, site in world.sites.items():
             site.rules.listener = recording.listener(name)
+    if recorder is not None:
+        world.watch(recorder)
     with world:
         while not world.over:
             for name, state in world.step().items():

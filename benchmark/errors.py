@@ -40,5 +40,9 @@ class ClusterError(RightOfWayError):
     """A cluster cannot be reached, or its workers cannot run what is asked."""
 
 
+class TrajectoryError(RightOfWayError):
+    """Trajectories cannot be read, or not be shown together."""
+
+
 class UsageError(RightOfWayError):
     """The command was called with something that makes no sense."""

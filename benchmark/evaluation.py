@@ -25,7 +25,7 @@ def junction_metrics(
         log: who was in its control zone.
         rules: what they refused and held back.
     """
-    seen = _Sights.of(junction, log)
+    seen = Sights.of(junction, log)
     steps, start = seen.steps, metrics.window_start(log.times, evaluation.warm_up)
     window = seen.step >= start
     counted = window & (seen.movement >= 0)
@@ -57,7 +57,7 @@ def junction_metrics(
 
 
 @dataclass(frozen=True)
-class _Sights:
+class Sights:
     """A log as arrays: an entry per vehicle and step, unless said otherwise."""
 
     steps: int
@@ -71,7 +71,8 @@ class _Sights:
     lane_row: metrics.Ints  # by lane; lanes beside each other share a row
 
     @classmethod
-    def of(cls, junction: Junction, log: Log) -> "_Sights":
+    def of(cls, junction: Junction, log: Log) -> "Sights":
+        """The sights of one junction's episode."""
         movements = {name: i for i, name in enumerate(junction.intersection.regulated_movements)}
         rows: dict[tuple[str, float], int] = {}
         places = [junction.zone[lane] for lane in log.lanes]

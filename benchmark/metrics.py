@@ -44,6 +44,37 @@ def average_waiting_time(step: Ints, waiting: Floats) -> float | None:
     return float(np.mean(total[present > 0] / present[present > 0]))
 
 
+def mean_waiting(step: Ints, waiting: Floats, steps: int) -> Floats:
+    """The mean ``w_v(t)`` over the vehicles present, by step [s]; nan with no vehicle.
+
+    Args:
+        step: of each sight, shape (n,).
+        waiting: ``w_v(t)`` of each sight [s], shape (n,).
+        steps: how many steps there are.
+    """
+    present = np.bincount(step, minlength=steps)
+    total = np.bincount(step, weights=waiting, minlength=steps)
+    mean: Floats = np.divide(total, present, out=np.full(steps, np.nan), where=present > 0)
+    return mean
+
+
+def average_waiting_curve(step: Ints, waiting: Floats, steps: int, start: int) -> Floats:
+    """``average_waiting_time`` of the window up to each step [s]; nan before its first vehicle.
+
+    Args:
+        step: of each sight of the episode, shape (n,).
+        waiting: ``w_v(t)`` of each sight [s], shape (n,).
+        steps: steps of the episode.
+        start: the window's first step.
+    """
+    means = mean_waiting(step, waiting, steps)
+    means[:start] = np.nan
+    counted = np.cumsum(~np.isnan(means))
+    total = np.cumsum(np.nan_to_num(means))
+    mean: Floats = np.divide(total, counted, out=np.full(steps, np.nan), where=counted > 0)
+    return mean
+
+
 def wang_waiting_time(
     step: Ints, movement: Ints, waiting: Floats, movements: int, steps: int
 ) -> float | None:

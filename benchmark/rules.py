@@ -33,6 +33,8 @@ class Orders:
     released: frozenset[str] = frozenset()  # RVs that drive themselves again
     phase: str | None = None
     held_back: frozenset[str] = frozenset()  # RVs whose Go the arbitration held back
+    told: Mapping[str, Command] = field(default_factory=dict, compare=False)
+    """RV -> its command, refused ones left out, for onlookers."""
 
 
 class Rules:
@@ -76,6 +78,7 @@ class Rules:
         vehicles = {vehicle.id: vehicle for vehicle in state.vehicles}
         speeds: dict[str, float] = {}
         lanes: dict[str, int] = {}
+        told: dict[str, Command] = {}
         held: set[str] = set()
         cleared: set[str] = set()
         phase = None
@@ -96,11 +99,12 @@ class Rules:
                 elif isinstance(command, Drive) and command.lane_change:
                     side = int(command.lane_change)  # libsumo takes no float and no numpy integer
                     lanes[target] = self._intersection.lanes[vehicle.lane].index + side
+                told[target] = _plain(command)
                 speeds[target] = self._speed(vehicle, command, target in cleared)
         released = self._commanded - speeds.keys()
         self._commanded, self._cleared = frozenset(speeds), frozenset(cleared)
         self.held_back += len(held)
-        return Orders(speeds, lanes, released, phase, frozenset(held))
+        return Orders(speeds, lanes, released, phase, frozenset(held), told)
 
     # --- limits ----------------------------------------------------------------------------
 
@@ -186,6 +190,14 @@ class Rules:
                 return wanted
             return min(wanted, stopping_speed(vehicle.distance, vehicle.body.deceleration, step))
         return min(fastest, stopping_speed(vehicle.distance, COMFORTABLE, step))
+
+
+def _plain(command: Command) -> Command:
+    """A command for an RV in plain numbers, whatever kind of number the controller gave."""
+    if isinstance(command, Drive):
+        side: Literal[-1, 0, 1] = int(command.lane_change)  # type: ignore[assignment]
+        return Drive(float(command.acceleration), side)
+    return command
 
 
 def expect_mapping(controller: str, commands: object) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 from xml.etree import ElementTree
 
 from benchmark import sumo_tools
@@ -40,6 +40,23 @@ FLAGS = {
 
 Reading = tuple[str, str, float, float]
 """A vehicle's id, its lane, its distance or position [m] and its speed [m/s]."""
+
+
+class Pose(NamedTuple):
+    """Where a vehicle is and where it heads."""
+
+    id: str
+    x: float  # m, of the middle of its front bumper
+    y: float  # m
+    angle: float  # degrees clockwise from north
+    speed: float  # m/s
+
+
+class Size(NamedTuple):
+    """How large the vehicles of a class are."""
+
+    length: float  # m
+    width: float  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +192,23 @@ class Simulation:
             for lane in junction.inside
             for vehicle in ids(lane)
         ]
+
+    def poses(self) -> list[Pose]:
+        """Where every vehicle on the road is."""
+        api = self._api.vehicle
+        found = []
+        for name in api.getIDList():
+            x, y = api.getPosition(name)
+            found.append(Pose(name, x, y, api.getAngle(name), api.getSpeed(name)))
+        return found
+
+    def size(self, vehicle: str) -> Size:
+        """How large a vehicle is."""
+        return Size(self._api.vehicle.getLength(vehicle), self._api.vehicle.getWidth(vehicle))
+
+    def lights(self, light: str) -> str:
+        """The state that a traffic light shows, a letter per link."""
+        return str(self._api.trafficlight.getRedYellowGreenState(light))
 
     def colliding(self) -> list[tuple[str, str]]:
         """Pairs of vehicles that collide now, each pair sorted; a pair repeats while it lasts."""

@@ -14,6 +14,7 @@ from benchmark.demand import Routes
 from benchmark.evaluation import junction_metrics
 from benchmark.network import Junction, Network, movement_of
 from benchmark.record import JunctionMetrics, TripMetrics
+from benchmark.recorder import Newcomer, Recorder
 from benchmark.rules import Orders, Rules
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import Signal
@@ -78,6 +79,7 @@ class World:
         }
         self._steps_left = round(scenario.evaluation.duration / scenario.evaluation.step)
         self._robots: set[str] = set()
+        self._recorder: Recorder | None = None  # told what happens, if there is one
         self._collisions: set[tuple[str, str]] = set()
         self._brakings_before_window = 0
         self._simulation = Simulation(
@@ -131,6 +133,12 @@ class World:
         """Whether the scenario's last step has been made."""
         return self._steps_left <= 0
 
+    def watch(self, recorder: Recorder) -> None:
+        """Let a recorder keep what happens from now on."""
+        self._recorder = recorder
+        logs = {name: site.tracker.log for name, site in self.sites.items()}
+        recorder.begin(self.scenario, self.network, logs)
+
     def step(self) -> Mapping[str, TrafficState]:
         """Simulate one step.
 
@@ -144,7 +152,23 @@ class World:
             self._collisions.update(simulation.colliding())
         elif time + evaluation.step > evaluation.warm_up:
             self._brakings_before_window = simulation.emergency_brakings()
+        if self._recorder is not None:
+            self._record(self._recorder, time)
         return {name: self._see(site, time) for name, site in self.sites.items()}
+
+    def _record(self, recorder: Recorder, time: float) -> None:
+        """Show a step to the recorder."""
+        simulation = self._simulation
+        poses = simulation.poses()
+        for name in recorder.strangers(poses):
+            traveller = self.routes.travellers[name]
+            crossed = (movement_of(one, traveller.route) for one in self.network.junctions.values())
+            movement = next((one for one in crossed if one is not None), "")
+            is_robot = demand.is_robot(self.seed, name, self.rate)
+            size = simulation.size(name)
+            recorder.meet(name, Newcomer(is_robot, movement, traveller.vehicle_class, size))
+        lights = {name: simulation.lights(name) for name, site in self.sites.items() if site.switch}
+        recorder.see(time, poses, simulation.colliding(), lights)
 
     def _see(self, site: Site, time: float) -> TrafficState:
         vehicles, inside = site.tracker.update(
@@ -160,6 +184,8 @@ class World:
         """Hand a junction's orders for the next step to the simulation."""
         site, simulation = self.sites[name], self._simulation
         site.held_back = orders.held_back
+        if self._recorder is not None:
+            self._recorder.order(orders)
         for vehicle in sorted(orders.released):
             simulation.release(vehicle)
         for vehicle, speed in orders.speeds.items():
