@@ -104,7 +104,9 @@ def run(
     Raises:
         RightOfWayError: the scenario itself cannot be run.
     """
-    return run_with(partial(opened, episode), episode, window=window, recording=recording)
+    return run_with(
+        partial(opened, episode), episode, window=window, recording=recording, recorder=recorder
+    )
 
 
 Opening = Callable[[], AbstractContextManager[Plugin | Remote]]
@@ -118,6 +120,7 @@ def run_with(
     source: str | None = None,
     window: bool = False,
     recording: Recording | None = None,
+    recorder: Recorder | None = None,
 ) -> Record:
     """Run an episode under a controller that is not found by its name; otherwise as ``run``.
 
@@ -127,6 +130,7 @@ def run_with(
         source: where the controller comes from, for the record; None looks its name up.
         window: show it in sumo-gui.
         recording: is told what the controller commands.
+        recorder: keeps where everybody was.
     """
     began = clock.perf_counter()
     facts: dict[str, object] = {"controller_from": source} if source else {}
