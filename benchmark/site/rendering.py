@@ -17,17 +17,22 @@ DASH, MINUS = "\N{EN DASH}", "\N{MINUS SIGN}"
 NONE = Markup('<span class="none">{}</span>').format(DASH)
 
 
-def environment(contents: Contents) -> "Environment":
-    """The environment of one site's templates."""
+def plain_environment() -> "Environment":
+    """The environment of all templates."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    made = Environment(
+    return Environment(
         loader=PackageLoader("benchmark.site"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def environment(contents: Contents) -> "Environment":
+    """The environment of one site's templates."""
+    made = plain_environment()
     made.filters |= {
         "percent": percent,
         "rates": rates,
