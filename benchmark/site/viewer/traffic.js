@@ -3,7 +3,8 @@
 const TOLD = ["nothing", "go", "stop", "held", "drive"];
 const KINDS = { hv: "#f5f5f1", rv: "#e0352b", glass: "rgba(20, 26, 30, 0.72)" };
 const RINGS = { go: "#4fd37f", stop: "#ffb224", held: "#c08bff", faster: "#4cc9f0", slower: "#ffb224", even: "#9fb0b8" };
-const LIGHTS = { G: "#3ddc74", g: "#3ddc74", y: "#ffd23f", u: "#ffd23f", r: "#ff5a4a" };
+const LIGHTS = { G: "#3ddc74", g: "#3ddc74", s: "#ffb224", y: "#ffd23f", u: "#ffd23f", r: "#ff5a4a" };
+const ARROWS = "Ggs"; // s: right on red, after a stop
 const UNREGULATED = "rgba(255, 190, 40, 0.3)";
 const AFTERGLOW = 4; // s that a collision stays marked
 const EVEN = 0.05; // m/s2, within which a Drive holds its speed
@@ -81,7 +82,7 @@ class Traffic {
     context.fill();
     context.fillStyle = LIGHTS[letter] || "#8a8f92";
     context.beginPath();
-    if (letter === "G" || letter === "g") {
+    if (ARROWS.includes(letter)) {
       polygon(context, [at(0, 1.4 + size), at(size * 0.85, 1.4 - size * 0.7), at(-size * 0.85, 1.4 - size * 0.7)]);
     } else if (letter === "y") {
       context.arc(...middle, size * 0.62, 0, 2 * Math.PI);
