@@ -11,19 +11,25 @@ from benchmark.actions import Recording, spoken
 from benchmark.episode import Episode, run, run_with
 from benchmark.errors import ActionLogError
 from benchmark.record import Record
+from benchmark.recorder import Recorder
 
 VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
 
 
-def run_logged(episode: Episode, folder: Path) -> Record:
+def run_logged(episode: Episode, folder: Path, recorder: Recorder | None = None) -> Record:
     """Run an episode and write its action log; one that does not end well leaves none.
+
+    Args:
+        episode: what to run.
+        folder: where the log goes.
+        recorder: keeps where everybody was.
 
     Raises:
         RightOfWayError: the scenario cannot be run.
         StoreError: the disk refuses the log.
     """
     recording = Recording()
-    record = run(episode, recording=recording)
+    record = run(episode, recording=recording, recorder=recorder)
     if record.status == "ok":
         action_log.write(folder, recording, record, episode.scenario)
     return record
@@ -42,8 +48,12 @@ class LoggedEpisode(Episode):
         return cls(log.scenario, record.controller, record.rate, record.seed, log=log.path)
 
 
-def score(episode: LoggedEpisode) -> Record:
+def score(episode: LoggedEpisode, recorder: Recorder | None = None) -> Record:
     """Run an episode again, with the commands of its log in place of its controller.
+
+    Args:
+        episode: what to run.
+        recorder: keeps where everybody was.
 
     Raises:
         ActionLogError: the log cannot be read.
@@ -51,7 +61,12 @@ def score(episode: LoggedEpisode) -> Record:
     """
     log = action_log.read(episode.log)
     plugin = spoken(log.actions, log.record, log.signal)
-    return run_with(lambda: nullcontext(plugin), episode, source=log.record.controller_from)
+    return run_with(
+        lambda: nullcontext(plugin),
+        episode,
+        source=log.record.controller_from,
+        recorder=recorder,
+    )
 
 
 def is_shipped(scenario: str) -> bool:

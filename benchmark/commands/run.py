@@ -52,6 +52,13 @@ def run(
         bool,
         typer.Option("--log-actions", help="Also write commands, to OUT/actions, for `replay`."),
     ] = False,
+    record_trajectories: Annotated[
+        bool,
+        typer.Option(
+            "--record-trajectories",
+            help="Also write a page that plays each episode, to OUT/replays (docs/replay.md).",
+        ),
+    ] = False,
     isolate: Annotated[
         bool | None,
         typer.Option(
@@ -95,7 +102,7 @@ def run(
 
     What the folder holds already is not run again.
     """
-    from benchmark import action_log, leaderboard
+    from benchmark import action_log, leaderboard, playback
     from benchmark.store import Store
 
     if seeds and seed:
@@ -111,16 +118,18 @@ def run(
     )
     _say_what_isolation_lacks(chosen)
     actions = action_log.folder_in(out) if log_actions else None
+    pages = playback.folder_in(out) if record_trajectories else None
     executor = where.executor(
         workers,
         time_limit,
         actions,
+        pages,
         scheduler=scheduler,
         scheduler_file=scheduler_file,
         cluster=cluster,
     )
     with log_file.following(log), store.writing():
-        done = study.run(chosen, executor, store, force=force, actions=actions)
+        done = study.run(chosen, executor, store, force=force, actions=actions, pages=pages)
         if not done.interrupted:
             rows = leaderboard.rows(store.read())
             write_leaderboard(rows, out)

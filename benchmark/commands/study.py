@@ -4,6 +4,7 @@ import logging
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,7 @@ def run(
     *,
     force: bool = False,
     actions: Path | None = None,
+    pages: Path | None = None,
 ) -> Done:
     """Run what a folder does not hold yet, the slowest first, and write each record as it ends.
 
@@ -52,14 +54,16 @@ def run(
         store: where records are and go; nobody else writes there.
         force: also run what it holds.
         actions: a folder that action logs go to; an episode without its log is run again.
+        pages: a folder that replays go to; the same goes for them.
 
     Raises:
         RightOfWayError: an episode cannot be prepared, or its record not written.
     """
-    from benchmark import action_log, cost, outcome, resume, suite
+    from benchmark import action_log, cost, outcome, playback, resume, suite
 
     earlier = list(store.records())
-    held, waiting = resume.held(chosen, () if force else earlier, actions)
+    is_shown = partial(playback.is_shown, pages) if pages else None
+    held, waiting = resume.held(chosen, () if force else earlier, actions, is_shown)
     done = Done(held)
     if held:
         console.notice(
@@ -68,6 +72,8 @@ def run(
         )
     if actions is not None:
         action_log.prepare(actions)
+    if pages is not None:
+        playback.prepare(pages)
     suite.prepare(waiting)
     times = cost.estimates(waiting, earlier)
     ordered = cost.slowest_first(waiting, times)

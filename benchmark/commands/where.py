@@ -10,6 +10,7 @@ from benchmark.commands import console
 from benchmark.errors import UsageError
 
 if TYPE_CHECKING:
+    from benchmark.outcome import Work
     from benchmark.suite import Executor
 
 
@@ -23,6 +24,7 @@ def executor(
     workers: int | None,
     time_limit: float,
     actions: Path | None = None,
+    pages: Path | None = None,
     *,
     scheduler: str | None = None,
     scheduler_file: Path | None = None,
@@ -34,16 +36,16 @@ def executor(
         workers: processes side by side on this machine; None: one per core.
         time_limit: wall time for one try at an episode [s].
         actions: a folder that action logs go to; None: none are wanted.
+        pages: a folder that replays go to; None: none are wanted.
         scheduler: the address of a Dask scheduler.
         scheduler_file: a file that holds it.
         cluster: starts one.
 
     Raises:
         UsageError: more than one place is named, workers for a cluster that has its own, or action
-            logs, which its workers would write where nobody looks.
+            logs or replays, which its workers would write where nobody looks.
         ClusterError: the file holds no address.
     """
-    from benchmark import episode, replay
     from benchmark.local import LocalPool, cores
 
     ways = {"--scheduler": scheduler, "--scheduler-file": scheduler_file, "--cluster": cluster}
@@ -51,10 +53,10 @@ def executor(
     if len(named) > 1:
         raise UsageError(f"{' and '.join(named)} exclude each other; give one of them")
     if not named:
-        work = partial(replay.run_logged, folder=actions) if actions else episode.run
-        return LocalPool(workers or cores(), time_limit, work)
-    if actions is not None:
-        raise UsageError(f"--log-actions is for episodes of this machine; leave out {named[0]}")
+        return LocalPool(workers or cores(), time_limit, _work(actions, pages))
+    for option, folder in (("--log-actions", actions), ("--record-trajectories", pages)):
+        if folder is not None:
+            raise UsageError(f"{option} is for episodes of this machine; leave out {named[0]}")
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters we say ourselves
     from benchmark.cluster import connection
@@ -67,3 +69,12 @@ def executor(
         raise UsageError(f"--workers is for this machine; with {named[0]} the cluster's own run")
     address = connection.address_in(scheduler_file) if scheduler_file else scheduler or ""
     return Cluster(partial(connection.running, address), time_limit, console.notice)
+
+
+def _work(actions: Path | None, pages: Path | None) -> "Work":
+    """What a worker does with an episode."""
+    from benchmark import episode, playback, replay
+
+    if pages is not None:
+        return partial(playback.run_recorded, pages=pages, actions=actions)
+    return partial(replay.run_logged, folder=actions) if actions else episode.run
