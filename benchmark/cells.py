@@ -7,9 +7,9 @@ what commands no vehicle stands at every rate.
 import json
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,51 +35,46 @@ class Group:
     scenario_hash: str
     controller: str
     rate: float | None
+    rules: str  # what rules: lights, or the arbitration
+    count: int  # of its episodes
+    others: bool  # whether some are not ok
+    trains: bool  # whether it says what it was trained on
+    start: int  # its rows in the table
+    length: int
     table: "polars.DataFrame"  # of all groups
-    start: int  # its rows there: the first,
-    stop: int  # and the one after the last
-
-    @cached_property
-    def rules(self) -> str:
-        """What rules: lights, or the arbitration."""
-        part = self._part("rules", "arbitration")
-        known = part.filter(part["rules"].is_not_null())
-        rules, arbitration = known.row(0) if len(known) else part.row(-1)
-        return "lights" if rules == "signals" else arbitration or "?"
-
-    @cached_property
-    def episodes(self) -> "polars.DataFrame":
-        """A row for each episode: seed, status, reason, trained_on."""
-        part = self._part("record", "seed", "status", "reason", "trained_on")
-        return part.filter(part["record"].is_first_distinct())
 
     @cached_property
     def other(self) -> Counter[str]:
         """Episodes that are not ok, by status."""
-        return Counter(one for one in self.episodes["status"] if one != "ok")
+        return Counter(status for status, _ in self.mishaps())
 
     def mishaps(self) -> Iterator[tuple[str, str]]:
         """Status and reason of each episode that is not ok."""
-        if self.other:
-            for status, reason in self.episodes.select("status", "reason").iter_rows():
+        if self.others:
+            for status, reason in self._episodes("status", "reason"):
                 if status != "ok":
                     yield status, reason or "no reason given"
 
     def trained(self) -> list[int]:
         """The seeds of episodes that the controller was trained on."""
-        known = self.episodes.filter(self.episodes["trained_on"].is_not_null())
-        read: dict[str, list[Training]] = {}
-        for text in known["trained_on"].unique():
-            parts = json.loads(text)
-            read[text] = [Training(scenarios=s, first=a, last=b) for s, a, b in parts]
+        if not self.trains:
+            return []
         return [
             seed
-            for seed, text in known.select("seed", "trained_on").iter_rows()
-            if any(one.meets(self.scenario, seed) for one in read[text])
+            for seed, text in self._episodes("seed", "trained_on")
+            if any(one.meets(self.scenario, seed) for one in _training(text))
         ]
 
-    def _part(self, *names: str) -> "polars.DataFrame":
-        return self.table[self.start : self.stop].select(names)
+    def _episodes(self, *names: str) -> Iterator[tuple[Any, ...]]:
+        """Columns of each episode; those of several junctions have several rows."""
+        part = self.table.slice(self.start, self.length).select("record", *names)
+        return part.filter(part["record"].is_first_distinct()).select(names).iter_rows()
+
+
+@cache
+def _training(text: str | None) -> tuple[Training, ...]:
+    parts = json.loads(text or "[]")
+    return tuple(Training(scenarios=names, first=a, last=b) for names, a, b in parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +120,7 @@ def of(table: "polars.DataFrame") -> list[Cell]:
         shown = group.scenario
         if versions[shown] > 1:
             shown = f"{shown} ({group.scenario_hash[:8]})"
-        rows = np.arange(group.start, group.stop)
+        rows = np.arange(group.start, group.start + group.length)
         for name in names or [""]:
             here = rows[good[rows] & (junctions[rows] == name)]
             sample = Sample(group, seeds[here], figures[here])
@@ -171,19 +166,30 @@ def _newest(table: "polars.DataFrame") -> "polars.DataFrame":
 def _groups(table: "polars.DataFrame") -> Iterator[Group]:
     """The groups of a sorted table."""
     import polars
+    from polars import col, first, when
 
-    if not len(table):
-        return
-    keys = [*(f"{name} code" for name in NAMES), "rate"]
-    begins = table.select(
-        polars.any_horizontal(
-            polars.col(key).ne_missing(polars.col(key).shift()) for key in keys
-        ).alias("begins")
-    )["begins"].to_numpy()
-    starts = [0, *(np.flatnonzero(begins[1:]) + 1).tolist()]
-    heads = table[starts].select(*NAMES, "rate").iter_rows(named=True)
-    for head, start, stop in zip(heads, starts, [*starts[1:], len(table)], strict=True):
-        yield Group(**head, table=table, start=start, stop=stop)
+    says = col("rules").is_not_null()
+    known = col("arbitration").filter(says).first()
+    arbitration = when(says.any()).then(known).otherwise(col("arbitration").last())
+    heads = (
+        table.with_row_index("start")
+        .group_by(*(f"{name} code" for name in NAMES), "rate", maintain_order=True)
+        .agg(
+            *(first(name) for name in NAMES),
+            when(col("rules").filter(says).first() == "signals")
+            .then(polars.lit("lights"))
+            .otherwise(arbitration.fill_null("?"))
+            .alias("rules"),
+            col("record").n_unique().alias("count"),
+            (col("status") != "ok").any().alias("others"),
+            col("trained_on").is_not_null().any().alias("trains"),
+            first("start"),
+            polars.len().alias("length"),
+        )
+        .select(field.name for field in fields(Group) if field.name != "table")
+    )
+    for head in heads.iter_rows(named=True):
+        yield Group(**head, table=table)
 
 
 def _places(

@@ -143,7 +143,7 @@ def _row(
         *(figures, difference),
         marks=found,
         other=dict(group.other),
-        status=_status(group.other, len(group.episodes), reasons),
+        status=_status(group.other, group.count, reasons),
         reasons=reasons,
     )
 

@@ -1,18 +1,24 @@
 """Which episodes a results folder holds already, so that a suite goes on where it stopped."""
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from benchmark import action_log
 from benchmark.episode import Episode
-from benchmark.outcome import is_settled
-from benchmark.record import Record, file_hash
+from benchmark.outcome import Outcome, is_settled
+
+if TYPE_CHECKING:
+    import polars
+
+KEYS = ("scenario", "scenario_hash", "controller", "rate", "seed")
 
 
 def held(
-    chosen: Sequence[Episode], records: Iterable[Record], actions: Path | None = None
-) -> tuple[list[tuple[Episode, Record]], list[Episode]]:
-    """The episodes that a folder holds, with their records, and those that are to be run.
+    chosen: Sequence[Episode], table: "polars.DataFrame", actions: Path | None = None
+) -> tuple[list[tuple[Episode, Outcome]], list[Episode]]:
+    """The episodes that a folder holds, with what became of them, and those that are to be run.
 
     An episode is held when its newest record, the one that the leaderboard shows, has its identity
     and is settled: ``ok``, ``skipped`` or ``failed``. One that crashed or took too long is run
@@ -20,22 +26,46 @@ def held(
 
     Args:
         chosen: what was asked for.
-        records: of the folder, older ones first.
+        table: of the folder, as ``benchmark.frame`` makes it.
         actions: where action logs are; None where none are wanted. What ran well and lacks its
             log is run again.
     """
-    newest = {(one.episode, one.file_hash): one for one in records}
+    if not len(table):
+        return [], list(chosen)
+    wanted = [one.identity for one in chosen]
+    known = {
+        tuple(key): Outcome(status, reason, tuple(json.loads(refusals or "[]")))
+        for *key, status, reason, refusals in _newest(table, wanted).iter_rows()
+    }
     found, waiting = [], []
-    for episode in chosen:
-        record = newest.get((episode.key, file_hash(episode.controller_from))) if newest else None
-        if record and _counts(record, episode, actions):
-            found.append((episode, record))
+    for episode, identity in zip(chosen, wanted, strict=True):
+        outcome = known.get((*episode.key, identity))
+        if outcome and is_settled(outcome.status) and _is_logged(episode, outcome, actions):
+            found.append((episode, outcome))
         else:
             waiting.append(episode)
     return found, waiting
 
 
-def _counts(record: Record, episode: Episode, actions: Path | None) -> bool:
-    if not is_settled(record) or record.identity != episode.identity:
-        return False
-    return actions is None or record.status != "ok" or action_log.is_kept(actions, record)
+def _newest(table: "polars.DataFrame", wanted: Sequence[str]) -> "polars.DataFrame":
+    """The newest record of each episode, where its identity is among these."""
+    from polars import col
+
+    file = col("controller_from").str.extract(r"(?s) sha256:(.+)$", 1)
+    ours = col("identity").is_in(wanted)
+    return (
+        table.lazy()
+        .with_columns(file=file, ours=ours)
+        .filter(col("ours").any().over("scenario"))  # most of a large folder is of others
+        .filter(col("record") == col("record").max().over(*KEYS, "file"))
+        .filter("ours")
+        .select(*KEYS, "identity", "status", "reason", "refusals")
+        .unique()
+        .collect()
+    )
+
+
+def _is_logged(episode: Episode, outcome: Outcome, actions: Path | None) -> bool:
+    if actions is None or outcome.status != "ok":
+        return True
+    return action_log.is_kept(actions, episode.key, episode.identity)

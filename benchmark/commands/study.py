@@ -12,7 +12,7 @@ from benchmark.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
-    from benchmark.record import Record
+    from benchmark.outcome import Outcome
     from benchmark.store import Store
     from benchmark.suite import Executor
 
@@ -23,7 +23,7 @@ LOG = logging.getLogger("rightofway.suite")
 class Done:
     """What has become of a study."""
 
-    results: "list[tuple[Episode, Record]]" = field(default_factory=list)
+    results: "list[tuple[Episode, Outcome]]" = field(default_factory=list)
     """Of the folder and of this run."""
 
     interrupted: bool = False
@@ -58,8 +58,8 @@ def run(
     """
     from benchmark import action_log, cost, outcome, resume, suite
 
-    earlier = list(store.records())
-    held, waiting = resume.held(chosen, () if force else earlier, actions)
+    earlier = store.table(empty=True)
+    held, waiting = ([], list(chosen)) if force else resume.held(chosen, earlier, actions)
     done = Done(held)
     if held:
         console.notice(
@@ -70,6 +70,7 @@ def run(
         action_log.prepare(actions)
     suite.prepare(waiting)
     times = cost.estimates(waiting, earlier)
+    del earlier  # it may be large
     ordered = cost.slowest_first(waiting, times)
     LOG.info("started", extra={"facts": {"episodes": len(waiting), "held": len(held)}})
     running = progress.run(executor, ordered, sorted(times, reverse=True))
@@ -77,15 +78,16 @@ def run(
     try:
         with interrupts, closing(running):
             for episode, record in running:
-                store.append(record)
-                done.results.append((episode, record))
+                with interrupts.held_back():  # what is written is counted
+                    store.append(record)
+                    done.results.append((episode, outcome.Outcome.of(record)))
                 LOG.info("ended", extra={"facts": outcome.facts(record)})
                 if interrupts.wanted:  # also where it was heard before anything ran
                     executor.drain()
     except KeyboardInterrupt:
         interrupts.wanted = True
     done.interrupted = interrupts.wanted and len(done.results) < len(chosen)
-    failed = sum(record.is_failure for _, record in done.results)
+    failed = sum(one.is_failure for _, one in done.results)
     facts = {"records": len(done.results), "failed": failed, "interrupted": done.interrupted}
     LOG.info("stopped", extra={"facts": facts})
     return done
