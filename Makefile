@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint browser bench scaling soak results site screenshots reference ablations capacity clean
+.PHONY: run test lint browser bench scaling large-store soak results site screenshots reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -39,6 +39,10 @@ bench: .venv/installed-dev
 # What large suites need; docs/scaling.md keeps what it says of an idle machine.
 scaling: .venv/installed-dev
 	$(BIN)/python tests/benchmarks/scaling.py
+
+# A folder of a million records; takes 4 GB of disk.
+large-store: .venv/installed-dev
+	$(BIN)/python tests/benchmarks/large_store.py
 
 # Suites under random faults, here and on a cluster; docs/suites.md keeps what it said.
 soak: .venv/installed-dev
