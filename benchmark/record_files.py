@@ -42,6 +42,12 @@ def listed(folder: Path) -> list[Path]:
     return [every[key] for key in sorted(every)]
 
 
+def name_of(path: Path) -> str:
+    """What files that hold the records of the same scenarios have in common."""
+    found = FILE.fullmatch(path.name)
+    return found["name"] if found else path.name
+
+
 def is_packed(path: Path) -> bool:
     """Whether a file of records is Parquet."""
     return path.suffix == ".parquet"

@@ -64,28 +64,33 @@ def _of_one_size(samples: Values) -> list[Estimate]:
     found = [Estimate(mean, mean, mean, count) for mean in means]
     with ThreadPoolExecutor(2) as threads:  # sorting and matrices leave Python's lock alone
         parts = [varied[start : start + CHUNK] for start in range(0, len(varied), CHUNK)]
-        share = _shares(count)
+        times = _times(count)
         for part, bounds in zip(
-            parts, threads.map(lambda part: _bounds(samples[part], share), parts), strict=True
+            parts, threads.map(lambda part: _bounds(samples[part], times), parts), strict=True
         ):
             for index, (low, high) in zip(part.tolist(), bounds.tolist(), strict=True):
                 found[index] = Estimate(means[index], low, high, count)
     return found
 
 
-def _shares(count: int) -> Values:
-    """Per resample how large a part of it each value of a sample makes."""
+def _times(count: int) -> Values:
+    """Per resample how often each value of a sample is drawn."""
     drawn = np.random.default_rng(RANDOM_STATE).integers(0, count, (RESAMPLES, count))
     cells = np.arange(RESAMPLES)[:, None] * count + drawn
     times = np.bincount(cells.ravel(), minlength=RESAMPLES * count)
-    return times.reshape(RESAMPLES, count) / count
+    return times.reshape(RESAMPLES, count).astype(np.float64)
 
 
-def _bounds(samples: Values, shares: Values) -> Values:
-    """The interval of each row: what ``scipy.stats.bootstrap`` finds, for very many at once."""
-    block = np.zeros((CHUNK, samples.shape[1]))  # always as large: rounding depends on the shape
-    block[: len(samples)] = samples
-    means = (block @ shares.T)[: len(samples)]
+def _bounds(samples: Values, times: Values) -> Values:
+    """The interval of each row: what ``scipy.stats.bootstrap`` finds, for very many at once.
+
+    Values are taken as whole multiples of a small power of two, so small that sums are exact and
+    do not depend on the order that this machine's matrix product adds in.
+    """
+    count = samples.shape[1]
+    _, exponents = np.frexp(np.abs(samples).max(axis=1, keepdims=True))
+    unit = np.ldexp(1.0, exponents - (52 - count.bit_length()))
+    means = np.rint(samples / unit) @ times.T * unit / count
     means.sort(axis=1)
     # percentiles: BCa is undefined where all seeds agree, as collisions often do
     tail = (1 - CONFIDENCE) / 2 * (RESAMPLES - 1)

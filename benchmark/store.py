@@ -6,7 +6,7 @@
 import json
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -93,7 +93,7 @@ class Store:
         Raises:
             StoreError: the disk refuses; the records before stay whole.
         """
-        path = self.records_folder / f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', record.scenario)}.jsonl"
+        path = self.records_folder / f"{_stem(record.scenario)}.jsonl"
         try:
             # unbuffered: a buffer would write its rest on closing, after the file was cut back
             with path.open("ab", buffering=0) as file:
@@ -124,6 +124,14 @@ class Store:
     def records(self) -> Iterator[Record]:
         """As ``read``, one by one; none where the folder holds none."""
         return (_parse(*one) for path in self._files() for one in self._lines(path))
+
+    def records_of(self, scenarios: Collection[str]) -> Iterator[Record]:
+        """As ``records``, those of some scenarios, without a look at the others' files."""
+        stems = {_stem(name) for name in scenarios}
+        for path in self._files():
+            if record_files.name_of(path) in stems:
+                found = (_parse(*one) for one in self._lines(path))
+                yield from (record for record in found if record.scenario in scenarios)
 
     def table(self, *, empty: bool = False) -> "polars.DataFrame":
         """All records as a table of ``benchmark.frame``; for a million the only way.
@@ -218,6 +226,11 @@ class Store:
         except OSError as error:
             raise StoreError(f"{path}: cannot mend the last line: {error.strerror}") from error
         self._notice(f"{path}: a half-written last line was set aside in {path.name}.torn")
+
+
+def _stem(scenario: str) -> str:
+    """The name of a scenario's files."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", scenario)
 
 
 @contextmanager

@@ -37,7 +37,7 @@ def main() -> None:
         measure("leaderboard from JSON Lines", "leaderboard", folder)
         measure("compact", "compact", folder)
         say(f"{size(folder):.2f} GB packed")
-        for name in ("leaderboard",):
+        for name in ("leaderboard", "figures"):
             wall, memory = measure(f"{name} from Parquet", name, folder)
             if wall > WALL or memory > MEMORY:
                 say(f"  past {WALL:g} s or {MEMORY:g} GB")
