@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint browser bench scaling results site screenshots reference ablations capacity clean
+.PHONY: run test lint browser bench scaling large-store soak results figures site screenshots reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -40,11 +40,24 @@ bench: .venv/installed-dev
 scaling: .venv/installed-dev
 	$(BIN)/python tests/benchmarks/scaling.py
 
+# A folder of a million records; takes 4 GB of disk.
+large-store: .venv/installed-dev
+	$(BIN)/python tests/benchmarks/large_store.py
+
+# Suites under random faults, here and on a cluster; docs/suites.md keeps what it said.
+soak: .venv/installed-dev
+	$(BIN)/python tests/benchmarks/soak.py
+	$(BIN)/python tests/benchmarks/soak.py --cluster
+
 # The committed evidence: all shipped scenarios of the paper, all controllers, twenty seeds.
 results: .venv/installed
 	rm -f results/records/*.jsonl
 	$(BIN)/rightofway run colorado-springs --seeds 20 --out results \
 	  $(foreach rate,0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0,--rate $(rate))
+
+# The results as figures, with their captions: results/figures.
+figures: .venv/installed
+	$(BIN)/rightofway figures --records results --training results/training
 
 # The results as pages, and pictures of them for the README.
 site: .venv/installed

@@ -30,6 +30,7 @@ KEY = "rightofway"  # of the file's metadata
 FORMAT = 1
 LARGEST = 64 * 2**20  # bytes of a file; an episode of 1000 s takes some ten thousand
 MOST_ACTIONS = 5_000_000
+Key = tuple[str, str, str, float | None, int]  # ``Record.episode``
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,12 @@ def folder_in(results: Path) -> Path:
     return results / "actions"
 
 
-def name_of(record: Record) -> str:
+def name_of(episode: Key) -> str:
     """The file's name: for people to find it, and a hash that tells every two episodes apart."""
-    words = [record.scenario, record.controller, f"{record.rate}", f"{record.seed}"]
+    scenario, _, *others = episode
+    words = [scenario, *map(str, others)]
     plain = [re.sub(r"[^A-Za-z0-9.]+", "-", word)[:40].strip("-.") for word in words]
-    code = hashlib.sha256(json.dumps(record.episode).encode()).hexdigest()[:12]
+    code = hashlib.sha256(json.dumps(episode).encode()).hexdigest()[:12]
     return f"{'_'.join([*plain, code])}.parquet"
 
 
@@ -87,7 +89,7 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
         "signal": recording.signal.model_dump(mode="json") if recording.signal else None,
     }
     head["sha256"] = _digest(head, rows)
-    path = folder / name_of(record)
+    path = folder / name_of(record.episode)
     beside = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         rows.write_parquet(
@@ -106,14 +108,14 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
     return path
 
 
-def is_kept(folder: Path, record: Record) -> bool:
-    """Whether a folder has the log of just this record; its commands are not looked at."""
+def is_kept(folder: Path, episode: Key, identity: str) -> bool:
+    """Whether a folder has the log of just this episode; its commands are not looked at."""
     import polars
     from polars.exceptions import PolarsError
 
     try:
-        head = json.loads(polars.read_parquet_metadata(folder / name_of(record)).get(KEY, ""))
-        return bool(head["record"] == record.model_dump(mode="json", by_alias=True))
+        head = json.loads(polars.read_parquet_metadata(folder / name_of(episode)).get(KEY, ""))
+        return bool(head["record"]["identity"] == identity)
     except (OSError, ValueError, KeyError, TypeError, PolarsError):
         return False
 

@@ -12,9 +12,10 @@ from benchmark import __version__
 from benchmark.commands import console
 from benchmark.commands.check import check
 from benchmark.commands.choice import LARGEST_SEED
+from benchmark.commands.figures import draw_figures
 from benchmark.commands.new import new
 from benchmark.commands.paper import paper
-from benchmark.commands.records import capacity, leaderboard
+from benchmark.commands.records import capacity, compact, leaderboard
 from benchmark.commands.reference import app as reference
 from benchmark.commands.regress import regress
 from benchmark.commands.replay import replay
@@ -144,6 +145,8 @@ def signal(scenario: OneScenario) -> None:
 app.add_typer(new)
 app.command()(run)
 app.command()(leaderboard)
+app.command("figures")(draw_figures)
+app.command()(compact)
 app.command()(capacity)
 app.command()(paper)
 app.command()(site)

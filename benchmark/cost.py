@@ -1,12 +1,14 @@
 """How long episodes will take, roughly, so that the slowest can start first."""
 
-from collections.abc import Iterable, Sequence
-from statistics import fmean
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from benchmark.episode import Episode
 from benchmark.isolation.remote import look
-from benchmark.record import Record
 from benchmark.scenario import Scenario
+
+if TYPE_CHECKING:
+    import polars
 
 SIGNALS, ROBOTS = 0.7e-3, 1.2e-3  # s a vehicle where nothing jams
 JAMS = 0.25  # few RVs regulate little, and a step of a jam costs ten others
@@ -14,7 +16,7 @@ FEWEST = 0.05  # the rate that stands for none
 Key = tuple[object, ...]
 
 
-def estimates(chosen: Sequence[Episode], records: Iterable[Record] = ()) -> list[float]:
+def estimates(chosen: Sequence[Episode], table: "polars.DataFrame | None" = None) -> list[float]:
     """The wall time that each episode will take [s].
 
     As long as those of the records did that share scenario, controller and rate, else scenario and
@@ -22,9 +24,9 @@ def estimates(chosen: Sequence[Episode], records: Iterable[Record] = ()) -> list
 
     Args:
         chosen: what is to be run.
-        records: of earlier runs.
+        table: of earlier runs, as ``benchmark.frame`` makes it.
     """
-    took = _means(records)
+    took = _means(table)
     guess = _Guess()
     return [
         next((took[key] for key in _keys(*one.key[1:4]) if key in took), None) or guess.of(one)
@@ -38,13 +40,17 @@ def slowest_first(chosen: Sequence[Episode], times: Sequence[float]) -> list[Epi
     return [chosen[index] for index in order]
 
 
-def _means(records: Iterable[Record]) -> dict[Key, float]:
-    times: dict[Key, list[float]] = {}
-    for one in records:
-        if one.wall_time > 0:
-            for key in _keys(one.scenario_hash, one.controller, one.rate):
-                times.setdefault(key, []).append(one.wall_time)
-    return {key: fmean(each) for key, each in times.items()}
+def _means(table: "polars.DataFrame | None") -> dict[Key, float]:
+    if table is None:
+        return {}
+    from polars import col
+
+    known = table.filter(col("wall_time") > 0).unique("record")  # some have several junctions
+    found: dict[Key, float] = {}
+    for keys in (("scenario_hash", "controller"), ("scenario_hash", "controller", "rate")):
+        means = known.group_by(keys).agg(col("wall_time").mean())
+        found |= {tuple(key): mean for *key, mean in means.iter_rows()}
+    return found
 
 
 def _keys(scenario: str, controller: str, rate: float | None) -> tuple[Key, Key]:

@@ -1,7 +1,8 @@
 """Ctrl-C as a wish to stop soon, and once more to stop at once."""
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Self
 
@@ -14,7 +15,7 @@ class Interrupts:
     """
 
     def __init__(self, wish: Callable[[], None]) -> None:
-        self.wanted = False
+        self.wanted = self._held = self._missed = False
         self._wish = wish
 
     def __enter__(self) -> Self:
@@ -24,8 +25,22 @@ class Interrupts:
     def __exit__(self, *error: object) -> None:
         signal.signal(signal.SIGINT, self._before)
 
-    def _hear(self, number: int, frame: FrameType | None) -> None:
-        if self.wanted:
+    @contextmanager
+    def held_back(self) -> Iterator[None]:
+        """Let what is done here come to its end before a second Ctrl-C stops everything."""
+        self._held, self._missed = True, False
+        try:
+            yield
+        finally:
+            self._held = False
+        if self._missed:
             raise KeyboardInterrupt
-        self.wanted = True
-        self._wish()
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        if self.wanted and self._held:
+            self._missed = True
+        elif self.wanted:
+            raise KeyboardInterrupt
+        else:
+            self.wanted = True
+            self._wish()

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from benchmark.episode import Episode
@@ -15,13 +16,33 @@ Work = Callable[[Any], Record]
 """What is done with an episode, to its record: it is run, or the commands of its log are scored."""
 
 
-def is_settled(record: Record) -> bool:
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of an episode, without its figures."""
+
+    status: str
+    reason: str | None = None
+    refusals: tuple[str, ...] = ()  # the most frequent reasons why commands were refused
+
+    @classmethod
+    def of(cls, record: Record) -> "Outcome":
+        """What a record says."""
+        found = (one for junction in record.junctions.values() for one in junction.refusals)
+        return cls(record.status, record.reason, tuple(found))
+
+    @property
+    def is_failure(self) -> bool:
+        """Whether the episode should have had figures and has none."""
+        return self.status not in ("ok", "skipped")
+
+
+def is_settled(status: str) -> bool:
     """Whether to try again would be of no use: a controller's own fault comes again.
 
     An episode that crashed or took too long may be the victim of something else, such as a machine
     short of memory.
     """
-    return record.status not in ("crashed", "timed out")
+    return status not in ("crashed", "timed out")
 
 
 def log_retry(record: Record) -> None:

@@ -9,6 +9,7 @@ from typing import Self
 from markupsafe import Markup
 
 from benchmark import action_log
+from benchmark.action_log import Key
 from benchmark.episode import Episode, run
 from benchmark.errors import StoreError, TrajectoryError, UsageError
 from benchmark.film import film
@@ -139,7 +140,7 @@ def run_recorded(episode: Episode, pages: Path, actions: Path | None = None) -> 
         record = run_logged(episode, actions, recorder)
     if record.status == "ok":
         try:
-            _write(pages / name_of(record), page.page([recorder.trajectories(record)]))
+            _write(pages / name_of(record.episode), page.page([recorder.trajectories(record)]))
         except UsageError as error:  # nothing about this episode is wrong: the suite has to stop
             raise StoreError(str(error)) from error
     return record
@@ -162,15 +163,15 @@ def prepare(pages: Path) -> None:
         ) from error
 
 
-def name_of(record: Record) -> str:
+def name_of(episode: Key) -> str:
     """The file's name, as that of its action log."""
-    return Path(action_log.name_of(record)).with_suffix(".html").name
+    return Path(action_log.name_of(episode)).with_suffix(".html").name
 
 
-def is_shown(pages: Path, record: Record) -> bool:
-    """Whether a folder has the replay of just this record."""
-    with suppress(OSError), (pages / name_of(record)).open(encoding="utf-8") as file:
-        return page.shows(file.read(page.HEAD)) == [page.digest(record)]
+def is_kept(pages: Path, episode: Key, identity: str) -> bool:
+    """Whether a folder has the replay of just this episode."""
+    with suppress(OSError), (pages / name_of(episode)).open(encoding="utf-8") as file:
+        return page.shows(file.read(page.HEAD)) == [identity]
     return False
 
 

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from benchmark.leaderboard import COLUMNS, HEADLINE, Column
+from benchmark.columns import COLUMNS, HEADLINE, Column
 from benchmark.record import Record
 from benchmark.statistics import Estimate, estimates
 

@@ -1,21 +1,24 @@
 """Which episodes a results folder holds already, so that a suite goes on where it stopped."""
 
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+import json
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-from benchmark import action_log
 from benchmark.episode import Episode
-from benchmark.outcome import is_settled
-from benchmark.record import Record, file_hash
+from benchmark.outcome import Outcome, is_settled
+
+if TYPE_CHECKING:
+    import polars
+
+KEYS = ("scenario", "scenario_hash", "controller", "rate", "seed")
 
 
 def held(
     chosen: Sequence[Episode],
-    records: Iterable[Record],
-    actions: Path | None = None,
-    is_shown: Callable[[Record], bool] | None = None,
-) -> tuple[list[tuple[Episode, Record]], list[Episode]]:
-    """The episodes that a folder holds, with their records, and those that are to be run.
+    table: "polars.DataFrame",
+    is_kept: Callable[[Episode], bool] = lambda episode: True,
+) -> tuple[list[tuple[Episode, Outcome]], list[Episode]]:
+    """The episodes that a folder holds, with what became of them, and those that are to be run.
 
     An episode is held when its newest record, the one that the leaderboard shows, has its identity
     and is settled: ``ok``, ``skipped`` or ``failed``. One that crashed or took too long is run
@@ -23,32 +26,40 @@ def held(
 
     Args:
         chosen: what was asked for.
-        records: of the folder, older ones first.
-        actions: where action logs are; None where none are wanted. What ran well and lacks its
-            log is run again.
-        is_shown: whether a record has its replay; None where none are wanted. The same goes for it.
+        table: of the folder, as ``benchmark.frame`` makes it.
+        is_kept: whether what is wanted beside the record of an episode that ran well, such as its
+            action log, is there; where not, it is run again.
     """
-    newest = {(one.episode, one.file_hash): one for one in records}
+    if not len(table):
+        return [], list(chosen)
+    wanted = [one.identity for one in chosen]
+    known = {
+        tuple(key): Outcome(status, reason, tuple(json.loads(refusals or "[]")))
+        for *key, status, reason, refusals in _newest(table, wanted).iter_rows()
+    }
     found, waiting = [], []
-    for episode in chosen:
-        record = newest.get((episode.key, file_hash(episode.controller_from))) if newest else None
-        if record and _counts(record, episode, actions, is_shown):
-            found.append((episode, record))
+    for episode, identity in zip(chosen, wanted, strict=True):
+        outcome = known.get((*episode.key, identity))
+        if outcome and is_settled(outcome.status) and (outcome.status != "ok" or is_kept(episode)):
+            found.append((episode, outcome))
         else:
             waiting.append(episode)
     return found, waiting
 
 
-def _counts(
-    record: Record,
-    episode: Episode,
-    actions: Path | None,
-    is_shown: Callable[[Record], bool] | None,
-) -> bool:
-    if not is_settled(record) or record.identity != episode.identity:
-        return False
-    if record.status != "ok":
-        return True
-    return (actions is None or action_log.is_kept(actions, record)) and (
-        is_shown is None or is_shown(record)
+def _newest(table: "polars.DataFrame", wanted: Sequence[str]) -> "polars.DataFrame":
+    """The newest record of each episode, where its identity is among these."""
+    from polars import col
+
+    file = col("controller_from").str.extract(r"(?s) sha256:(.+)$", 1)
+    ours = col("identity").is_in(wanted)
+    return (
+        table.lazy()
+        .with_columns(file=file, ours=ours)
+        .filter(col("ours").any().over("scenario"))  # most of a large folder is of others
+        .filter(col("record") == col("record").max().over(*KEYS, "file"))
+        .filter("ours")
+        .select(*KEYS, "identity", "status", "reason", "refusals")
+        .unique()
+        .collect()
     )

@@ -1,23 +1,31 @@
-"""Appends and reads records: JSON Lines, one file per scenario, never silently overwritten."""
+"""Appends and reads records: JSON Lines, one file per scenario, never silently overwritten.
+
+``benchmark.record_files`` knows how they lie on the disk.
+"""
 
 import json
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from benchmark import frame, record_files
 from benchmark.errors import StoreError
 from benchmark.record import Record
 from benchmark.validation import explain
+
+if TYPE_CHECKING:
+    import polars
 
 Notice = Callable[[str], None]
 
 
 class Store:
-    """The records of one results folder, in ``records/*.jsonl``.
+    """The records of one results folder, in its folder ``records``.
 
     Args:
         folder: the results folder.
@@ -76,7 +84,8 @@ class Store:
             probe.write_text("")
             probe.unlink()
         for path in self._files():
-            self._set_aside_torn_line(path)
+            if not record_files.is_packed(path):
+                self._set_aside_torn_line(path)
 
     def append(self, record: Record) -> None:
         """Write a record to the disk before returning.
@@ -84,7 +93,7 @@ class Store:
         Raises:
             StoreError: the disk refuses; the records before stay whole.
         """
-        path = self.records_folder / f"{re.sub(r'[^A-Za-z0-9_.-]+', '-', record.scenario)}.jsonl"
+        path = self.records_folder / f"{_stem(record.scenario)}.jsonl"
         try:
             # unbuffered: a buffer would write its rest on closing, after the file was cut back
             with path.open("ab", buffering=0) as file:
@@ -109,29 +118,96 @@ class Store:
         Raises:
             StoreError: the folder holds no records, or a line is not a record.
         """
+        self.require_some()
+        return list(self.records())
+
+    def records(self) -> Iterator[Record]:
+        """As ``read``, one by one; none where the folder holds none."""
+        return (_parse(*one) for path in self._files() for one in self._lines(path))
+
+    def records_of(self, scenarios: Collection[str]) -> Iterator[Record]:
+        """As ``records``, those of some scenarios, without a look at the others' files."""
+        stems = {_stem(name) for name in scenarios}
+        for path in self._files():
+            if record_files.name_of(path) in stems:
+                found = (_parse(*one) for one in self._lines(path))
+                yield from (record for record in found if record.scenario in scenarios)
+
+    def table(self, *, empty: bool = False) -> "polars.DataFrame":
+        """All records as a table of ``benchmark.frame``; for a million the only way.
+
+        Args:
+            empty: whether a folder without records will do.
+
+        Raises:
+            StoreError: as ``read``.
+        """
+        if not empty:
+            self.require_some()
+        return frame.joined(map(self._table, self._files()))
+
+    def compact(self) -> int:
+        """Pack all that is JSON Lines into Parquet; how many files there were.
+
+        Nobody else may write here meanwhile: see ``writing``.
+
+        Raises:
+            StoreError: a line is not a record, or the disk refuses; nothing is lost.
+        """
+        files = [path for path in self._files() if not record_files.is_packed(path)]
+        for path in files:
+            for _ in self._decoded(path):  # what is no record is named before anything moves
+                pass
+        for path in files:
+            apart = record_files.set_apart(path) if path.suffix == ".jsonl" else path
+            record_files.pack(apart, self._decoded(apart))
+        record_files.tidy(self.records_folder)
+        return len(files)
+
+    def size(self) -> int:
+        """What all records take on the disk [bytes]."""
+        return sum(record_files.size(path) for path in self._files())
+
+    def require_some(self) -> None:
+        """Make sure that there are records.
+
+        Raises:
+            StoreError: there are none.
+        """
         if not self._files():
             raise StoreError(
                 f"{self.records_folder}: no records here; make some with "
                 f"`rightofway run --out {self.folder}`"
             )
-        return list(self.records())
-
-    def records(self) -> Iterator[Record]:
-        """As ``read``, one by one; none where the folder holds none."""
-        return (record for path in self._files() for record in self._lines(path))
 
     def _files(self) -> list[Path]:
-        return sorted(self.records_folder.glob("*.jsonl"))
+        return record_files.listed(self.records_folder)
 
-    def _lines(self, path: Path) -> Iterator[Record]:
-        lines = _bytes(path).split(b"\n")
-        for number, line in enumerate(lines, start=1):
-            if not line:
+    def _lines(self, path: Path) -> Iterator[tuple[bytes, str]]:
+        """The lines of a file that say something, without newlines, and where each stands."""
+        for number, line in enumerate(record_files.lines(path), start=1):
+            if not (text := line.rstrip(b"\n")):
                 continue
-            if number == len(lines) and not _is_whole(line):
+            if not line.endswith(b"\n") and not _is_whole(line):
                 self._notice(f"{path}: the last line is half-written and left out")
                 continue
-            yield _parse(line, f"{path}:{number}")
+            yield text, f"{path}:{number}"
+
+    def _table(self, path: Path) -> "polars.DataFrame":
+        if record_files.is_packed(path):
+            return record_files.table(path)
+        return frame.of(record for _, record in self._decoded(path))
+
+    def _decoded(self, path: Path) -> Iterator[tuple[bytes, Any]]:
+        """The lines of a file with what they say, which has the attributes of a ``Record``."""
+        import msgspec
+
+        decode = frame.decoder().decode
+        for line, place in self._lines(path):
+            try:
+                yield line, decode(line)
+            except msgspec.DecodeError:
+                yield line, _parse(line, place)
 
     def _set_aside_torn_line(self, path: Path) -> None:
         """Move a half-written last line to ``<file>.torn``, so that appending cannot garble it."""
@@ -150,6 +226,11 @@ class Store:
         except OSError as error:
             raise StoreError(f"{path}: cannot mend the last line: {error.strerror}") from error
         self._notice(f"{path}: a half-written last line was set aside in {path.name}.torn")
+
+
+def _stem(scenario: str) -> str:
+    """The name of a scenario's files."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", scenario)
 
 
 @contextmanager

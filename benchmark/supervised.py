@@ -54,7 +54,7 @@ class Worker:
         """
         record = self._try(episode)
         for _ in range(outcome.TRIES - 1):
-            if outcome.is_settled(record):
+            if outcome.is_settled(record.status):
                 break
             outcome.log_retry(record)
             record = self._try(episode)

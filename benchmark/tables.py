@@ -9,7 +9,8 @@ from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
 
-from benchmark.leaderboard import COLUMNS, MARKS, Column, Row
+from benchmark.columns import COLUMNS, Column
+from benchmark.leaderboard import MARKS, Row
 from benchmark.statistics import Estimate
 
 if TYPE_CHECKING:

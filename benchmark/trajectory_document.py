@@ -192,8 +192,10 @@ def _values(column: Column, whole: Ints) -> Floats | Ints:
     field = column.name.rpartition(".")[2]
     if field not in UNITS:
         return whole
-    values: Floats = whole * column.unit
-    return np.where(whole == NONE, np.nan, values) if field in WITH_GAPS else values
+    values = (whole * column.unit).astype(np.float64)
+    if field in WITH_GAPS:
+        values[whole == NONE] = np.nan
+    return values
 
 
 def _deflate(data: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""Whole numbers as bytes: seven bits in each, the sign in the lowest (zigzag), as Protocol Buffers."""
+"""Whole numbers as bytes: seven bits in each, the sign lowest (zigzag), as Protocol Buffers."""
 
 import numpy as np
 import numpy.typing as npt

@@ -86,7 +86,7 @@ def test_a_log_is_replaced_and_told_from_that_of_every_other_episode(tmp_path: P
             record("a-b", rate=None),
         ),
     ]
-    names = {action_log.name_of(one) for one in others}
+    names = {action_log.name_of(one.episode) for one in others}
     assert len(names) == len(others)
     assert all(Path(one).name == one and len(one) < 200 for one in names)
 

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmark import leaderboard
-from benchmark.leaderboard import COLUMNS, MARKS, Row
+from benchmark.columns import COLUMNS
+from benchmark.leaderboard import MARKS, Row
 from benchmark.record import JunctionMetrics, Record, Training, TripMetrics, Versions, Waiting
 from benchmark.statistics import Estimate, estimates
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_leaderboard import junction, record, unlucky
 
-from benchmark.leaderboard import COLUMNS, Column
+from benchmark.columns import COLUMNS, Column
 from benchmark.record import Record
 from benchmark.regression import Comparison, Row, Verdict, compare, judge
 from benchmark.statistics import ENOUGH

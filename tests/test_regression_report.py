@@ -9,7 +9,7 @@ from rich.console import Console
 from test_leaderboard import record, unlucky
 from test_regression import BASE, THROUGHPUT, WAITING, compared, runs, scaled
 
-from benchmark.leaderboard import COLUMNS
+from benchmark.columns import COLUMNS
 from benchmark.provenance import Git, Provenance
 from benchmark.regression import Comparison, Verdict, compare
 from benchmark.regression_report import document, junit, markdown, terminal, words

@@ -30,7 +30,7 @@ KINDS = {  # controllers of every sort of command
 def logged(folder: Path, controller: str) -> tuple[Record, Path]:
     episode = Episode(smoke("asymmetric"), controller, KINDS[controller], 4)
     record = replay.run_logged(episode, folder)
-    return record, folder / action_log.name_of(record)
+    return record, folder / action_log.name_of(record.episode)
 
 
 @pytest.mark.parametrize("controller", KINDS)

@@ -8,11 +8,18 @@ from conftest import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmark import frame, resume
 from benchmark.episode import Episode
+from benchmark.outcome import Outcome
 from benchmark.record import Record
-from benchmark.resume import held
 
 ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
+
+
+def held(
+    chosen: list[Episode], records: list[Record]
+) -> tuple[list[tuple[Episode, Outcome]], list[Episode]]:
+    return resume.held(chosen, frame.of(records))
 
 
 def record(status: Any = "ok", **changes: Any) -> Record:
@@ -33,7 +40,7 @@ def test_what_is_settled_is_held_and_what_broke_off_is_run_again(
     status: str, is_held: bool
 ) -> None:
     one = record(status)
-    assert held([ONE], [one]) == (([(ONE, one)], []) if is_held else ([], [ONE]))
+    assert held([ONE], [one]) == (([(ONE, Outcome.of(one))], []) if is_held else ([], [ONE]))
 
 
 @pytest.mark.parametrize(
@@ -51,10 +58,10 @@ def test_records_of_another_episode_or_of_other_code_hold_nothing(changes: dict[
 
 
 def test_the_newest_record_counts_as_on_the_leaderboard() -> None:
-    old, new = record(wall_time=1.0), record(wall_time=2.0)
-    assert held([ONE], [old, new]) == ([(ONE, new)], [])
+    old, new = record(), record("failed", reason="so")
+    assert held([ONE], [old, new]) == ([(ONE, Outcome.of(new))], [])
     assert held([ONE], [old, record("crashed")]) == ([], [ONE])
-    assert held([ONE], [record("crashed"), old]) == ([(ONE, old)], [])
+    assert held([ONE], [record("crashed"), old]) == ([(ONE, Outcome.of(old))], [])
     other = record(identity="0" * 64)
     assert held([ONE], [old, other]) == ([], [ONE])
 

@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import junction, record, unlucky
 
+from benchmark.columns import COLUMNS
 from benchmark.errors import UsageError
-from benchmark.leaderboard import COLUMNS, REFERENCE
+from benchmark.leaderboard import REFERENCE
 from benchmark.record import Record
 from benchmark.site import charts, intervals, methods, pairs
 from benchmark.site.addresses import slugs

@@ -21,7 +21,8 @@ from rich.console import Console
 from test_leaderboard import SIGNAL, record, unlucky
 
 from benchmark import leaderboard, tables
-from benchmark.leaderboard import COLUMNS, Row
+from benchmark.columns import COLUMNS
+from benchmark.leaderboard import Row
 from benchmark.record import Record, Waiting
 from benchmark.statistics import Estimate
 

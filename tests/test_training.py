@@ -140,13 +140,13 @@ SLOW = (
     *(
         part
         for change in (
-            *("learner.hidden=[8]", "learner.atoms=1", "traffic.episodes=2"),
+            *("learner.hidden=[8]", "learner.atoms=1", "traffic.episodes=20"),
             *("traffic.duration=400", "traffic.gridlock_after=5000", "validation.rounds=100"),
         )
         for part in ("--set", change)
     ),
 )
-"""Rounds of two episodes that take seconds, so that a signal is sure to fall within one."""
+"""Rounds that take many seconds, so that two signals are sure to fall within one."""
 
 
 def heard(process: subprocess.Popen[str], wanted: str) -> str:

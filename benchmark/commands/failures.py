@@ -3,7 +3,7 @@
 import shlex
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,39 +11,36 @@ from benchmark.commands import console
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
-    from benchmark.record import Record
+    from benchmark.outcome import Outcome
 
-Results = Sequence[tuple["Episode", "Record"]]
+Results = Sequence[tuple["Episode", "Outcome"]]
 
 
 def report(results: Results, out: Path, time_limit: float) -> None:
     """Name every failure with the command that reproduces it; what was skipped or refused, once.
 
     Args:
-        results: episodes with their records.
+        results: episodes with what became of them.
         out: the results folder.
         time_limit: of an episode [s].
     """
-    kinds: dict[tuple[str, str, str], list[tuple[Episode, Record]]] = {}
-    for episode, record in results:
-        if record.status != "ok":
-            key = (record.controller, record.status, record.reason or "")
-            kinds.setdefault(key, []).append((episode, record))
-    for (controller, status, reason), members in kinds.items():
-        episode, record = members[0]
-        if record.is_failure:
-            commands = "".join(f"\n    {command(one, out, time_limit)}" for one, _ in members)
-            console.notice(f"{controller}: {len(members)} {status}: {reason}{commands}")
+    kinds: dict[tuple[str, Outcome], list[Episode]] = {}
+    for episode, outcome in results:
+        if outcome.status != "ok":
+            kinds.setdefault((episode.label, replace(outcome, refusals=())), []).append(episode)
+    for (controller, outcome), members in kinds.items():
+        told = f"{controller}: {len(members)} {outcome.status}"
+        if outcome.is_failure:
+            commands = "".join(f"\n    {command(one, out, time_limit)}" for one in members)
+            console.notice(f"{told}: {outcome.reason or ''}{commands}")
         else:
+            one = members[0]
             console.notice(
-                f"{controller}: {len(members)} {status}, such as {record.scenario} "
-                f"rate {record.rate} seed {record.seed}: {reason}"
+                f"{told}, such as {one.scenario.name} rate {one.rate} seed {one.seed}: "
+                f"{outcome.reason or ''}"
             )
     refusals = Counter(
-        reason.rpartition(" (")[0]
-        for _, record in results
-        for junction in record.junctions.values()
-        for reason in junction.refusals
+        reason.rpartition(" (")[0] for _, outcome in results for reason in outcome.refusals
     )
     for kind, episodes in refusals.items():
         console.notice(f"{kind} (in {episodes} of {len(results)} episodes)")

@@ -31,6 +31,16 @@ def prepare(targets: "Iterable[Path]") -> None:
                 target.unlink()
 
 
+def make_folder(target: Path) -> None:
+    """Make a folder, if it is not there.
+
+    Raises:
+        UsageError: the disk refuses.
+    """
+    with _naming(target):
+        target.mkdir(parents=True, exist_ok=True)
+
+
 def write(target: Path, text: str) -> None:
     """Write a file anew.
 

@@ -63,7 +63,8 @@ def update(
     except KeyboardInterrupt:
         console.notice(f"stopped; {out} is as it was")
         raise
-    failures.report(results, Path("out"), outcome.TIME_LIMIT)
+    told = [(one, outcome.Outcome.of(record)) for one, record in results]
+    failures.report(told, Path("out"), outcome.TIME_LIMIT)
     records = [record for _, record in results]
     failed = sum(record.is_failure for record in records)
     if failed and not allow_failures:

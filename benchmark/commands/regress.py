@@ -13,7 +13,7 @@ from benchmark.commands import console, output_files, progress, suites
 from benchmark.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.leaderboard import Column
+    from benchmark.columns import Column
     from benchmark.provenance import Provenance
     from benchmark.record import Record
     from benchmark.regression import Comparison
@@ -108,7 +108,7 @@ def parse_limit(text: str) -> float:
 
 
 def _columns(names: Sequence[str]) -> "list[Column]":
-    from benchmark.leaderboard import COLUMNS, HEADLINE
+    from benchmark.columns import COLUMNS, HEADLINE
     from benchmark.validation import nearest
 
     known = {column.key: column for column in COLUMNS}

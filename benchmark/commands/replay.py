@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from benchmark.action_log import ActionLog
     from benchmark.playback import Replay
     from benchmark.record import Record
+    from benchmark.replay import LoggedEpisode
 
 RATE, SEED = 0.5, 1
 PAGE = Path("replay.html")
@@ -101,9 +102,9 @@ def _prepare(output: Path | None, films: dict[str, Path | None]) -> None:
 def _watched(
     source: Sequence[str], controllers: Sequence[str], rates: Sequence[float], seed: int
 ) -> "Replay":
-    from benchmark import catalogue, episode, suite
+    from benchmark import catalogue, suite
+    from benchmark.errors import TrajectoryError
     from benchmark.playback import Replay
-    from benchmark.recorder import Recorder
     from benchmark.site.viewer import page
 
     if len(source) > 1:
@@ -114,15 +115,11 @@ def _watched(
     )
     page.check_together([one.record("ok") for one in chosen])
     suite.prepare(chosen)
-    kept = []
-    for one in chosen:
-        recorder = Recorder()
-        record = episode.run(one, recorder=recorder)
-        if record.status != "ok":
-            console.notice(f"{record.controller}: nothing to show, {record.status}: {record.reason}")
-            raise typer.Exit(1)
-        kept.append(recorder.trajectories(record))
-    return Replay(kept)
+    try:
+        return Replay.of(*chosen)
+    except TrajectoryError as error:
+        console.notice(str(error))
+        raise typer.Exit(1) from error
 
 
 def _scored(
@@ -137,7 +134,8 @@ def _scored(
         replay.check_scenario(log)
     episodes = [replay.LoggedEpisode.of(log) for log in logs.values()]
     suite.prepare(episodes)
-    shown, found = None, dict[object, Record]()
+    found: dict[object, Record]
+    shown = None
     if wanted:
         found, shown = _recorded(episodes)
     else:
@@ -145,3 +143,78 @@ def _scored(
         found = {record.episode: record for record in again}
     told = [_tell(log, found[log.record.episode]) for log in logs.values()]
     return all(told), shown
+
+
+def _log(path: Path) -> Path:
+    """A log's path; a scenario without a controller is a slip that deserves its own words."""
+    from benchmark import catalogue
+
+    if not path.exists() and (path.suffix == ".toml" or str(path) in catalogue.shipped()):
+        raise UsageError(f"{path}: a scenario; name who drives with --controller")
+    return path
+
+
+def _recorded(
+    episodes: "Sequence[LoggedEpisode]",
+) -> "tuple[dict[object, Record], Replay | None]":
+    """The records of logs when they are scored again, and what there is to see of them."""
+    from benchmark import replay
+    from benchmark.playback import Replay
+    from benchmark.recorder import Recorder
+    from benchmark.site.viewer import page
+
+    page.check_together([one.record("ok") for one in episodes])
+    found: dict[object, Record] = {}
+    kept = []
+    for one in episodes:
+        recorder = Recorder()
+        record = replay.score(one, recorder)
+        found[record.episode] = record
+        if record.status == "ok":
+            kept.append(recorder.trajectories(record))
+    return found, Replay(kept) if kept else None
+
+
+def _write(
+    shown: "Replay",
+    output: Path | None,
+    films: dict[str, Path | None],
+    begin: float | None,
+    end: float | None,
+    speed: float,
+) -> None:
+    """Write the page and the films, and say where they are."""
+    if output is not None:
+        shown.write(output)
+        typer.echo(str(output))
+    for path in films.values():
+        if path is not None:
+            shown.film(path, begin, end, speed)
+            typer.echo(str(path))
+
+
+def _tell(log: "ActionLog", again: "Record") -> bool:
+    """Say whether a record came out as it was."""
+    from benchmark import replay
+
+    differing = replay.differences(log.record, again)
+    versions = replay.versions_differ(log.record, again)
+    if not differing:
+        waits = ", ".join(
+            f"{junction.average_waiting_time:.2f} s"
+            for junction in again.junctions.values()
+            if junction.average_waiting_time is not None
+        )
+        who = f"{again.controller} on {again.scenario}, rate {again.rate}, seed {again.seed}"
+        typer.echo(
+            f"{log.path}: the same, bit for bit: {who}: average waiting time {waits or '-'} "
+            f"from {len(log.actions)} commands"
+        )
+    else:
+        more = f"; and {len(differing) - 3} more" if len(differing) > 3 else ""
+        console.notice(f"{log.path}: comes out otherwise: {'; '.join(differing[:3])}{more}")
+    if versions is not None:
+        console.notice(f"{log.path}: versions: {versions}")
+    elif differing:
+        console.notice("the versions are the same: the log's commands or record were changed")
+    return not differing

@@ -131,14 +131,14 @@ def run(
     with log_file.following(log), store.writing():
         done = study.run(chosen, executor, store, force=force, actions=actions, pages=pages)
         if not done.interrupted:
-            rows = leaderboard.rows(store.read())
+            rows = leaderboard.of(store.table())
             write_leaderboard(rows, out)
             print_leaderboard(rows, out)
     failures.report(done.results, out, time_limit)
     if done.interrupted:
         console.notice(done.words(len(chosen), store.records_folder, force=force))
         raise KeyboardInterrupt
-    if any(record.is_failure for _, record in done.results):
+    if any(one.is_failure for _, one in done.results):
         raise typer.Exit(1)
 
 

@@ -13,7 +13,7 @@ from benchmark.interrupts import Interrupts
 
 if TYPE_CHECKING:
     from benchmark.episode import Episode
-    from benchmark.record import Record
+    from benchmark.outcome import Outcome
     from benchmark.store import Store
     from benchmark.suite import Executor
 
@@ -24,7 +24,7 @@ LOG = logging.getLogger("rightofway.suite")
 class Done:
     """What has become of a study."""
 
-    results: "list[tuple[Episode, Record]]" = field(default_factory=list)
+    results: "list[tuple[Episode, Outcome]]" = field(default_factory=list)
     """Of the folder and of this run."""
 
     interrupted: bool = False
@@ -61,9 +61,9 @@ def run(
     """
     from benchmark import action_log, cost, outcome, playback, resume, suite
 
-    earlier = list(store.records())
-    is_shown = partial(playback.is_shown, pages) if pages else None
-    held, waiting = resume.held(chosen, () if force else earlier, actions, is_shown)
+    earlier = store.table(empty=True)
+    is_kept = partial(_is_kept, actions=actions, pages=pages)
+    held, waiting = ([], list(chosen)) if force else resume.held(chosen, earlier, is_kept)
     done = Done(held)
     if held:
         console.notice(
@@ -76,6 +76,7 @@ def run(
         playback.prepare(pages)
     suite.prepare(waiting)
     times = cost.estimates(waiting, earlier)
+    del earlier  # it may be large
     ordered = cost.slowest_first(waiting, times)
     LOG.info("started", extra={"facts": {"episodes": len(waiting), "held": len(held)}})
     running = progress.run(executor, ordered, sorted(times, reverse=True))
@@ -83,18 +84,28 @@ def run(
     try:
         with interrupts, closing(running):
             for episode, record in running:
-                store.append(record)
-                done.results.append((episode, record))
+                with interrupts.held_back():  # what is written is counted
+                    store.append(record)
+                    done.results.append((episode, outcome.Outcome.of(record)))
                 LOG.info("ended", extra={"facts": outcome.facts(record)})
                 if interrupts.wanted:  # also where it was heard before anything ran
                     executor.drain()
     except KeyboardInterrupt:
         interrupts.wanted = True
     done.interrupted = interrupts.wanted and len(done.results) < len(chosen)
-    failed = sum(record.is_failure for _, record in done.results)
+    failed = sum(one.is_failure for _, one in done.results)
     facts = {"records": len(done.results), "failed": failed, "interrupted": done.interrupted}
     LOG.info("stopped", extra={"facts": facts})
     return done
+
+
+def _is_kept(episode: "Episode", *, actions: Path | None, pages: Path | None) -> bool:
+    """Whether all that is wanted beside an episode's record is there."""
+    from benchmark import action_log, playback
+
+    return (actions is None or action_log.is_kept(actions, episode.key, episode.identity)) and (
+        pages is None or playback.is_kept(pages, episode.key, episode.identity)
+    )
 
 
 def _finish(executor: "Executor") -> None:

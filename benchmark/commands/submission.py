@@ -83,7 +83,7 @@ def submit(
         if done.interrupted:
             console.notice(f"stopped; {output} is not written")
             raise KeyboardInterrupt
-        records = [record for _, record in done.results]
+        records = store.read()
         making.write(output, subject, results, records)
     if bad := [one for one in records if one.status != "ok"]:
         such = f"{bad[0].scenario}: {bad[0].status}: {bad[0].reason}"

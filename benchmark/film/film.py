@@ -142,9 +142,7 @@ def _pictures(
                 words = words[:-1]
             middle = bar / 2
             draw.text((left + GAP, middle), words, fill=INK, font=font, anchor="lm")
-            draw.text(
-                (left + across - GAP, middle), figures, fill=QUIET, font=font, anchor="rm"
-            )
+            draw.text((left + across - GAP, middle), figures, fill=QUIET, font=font, anchor="rm")
         yield image
 
 

@@ -10,7 +10,6 @@ from benchmark.geometry import Points
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-    from PIL.ImageDraw import ImageDraw
 
 FINER = 2  # pixels drawn for each one of the film
 Colour = tuple[int, int, int] | tuple[int, int, int, int]
@@ -36,7 +35,7 @@ class Pen:
     def __init__(self, image: "Image", view: View) -> None:
         from PIL import ImageDraw
 
-        self._draw: ImageDraw = ImageDraw.Draw(image, "RGBA")
+        self._draw = ImageDraw.Draw(image, "RGBA")
         self._view = view
 
     def fill(self, shapes: Iterable[Points], colour: Colour) -> None:

@@ -22,7 +22,11 @@ RINGS: dict[str, Colour] = {
 }
 GREEN, YELLOW, RED = (61, 220, 116), (255, 210, 63), (255, 90, 74)
 LIGHTS: dict[str, Colour] = {
-    **{"G": GREEN, "g": GREEN, "y": YELLOW, "u": YELLOW, "r": RED},
+    "G": GREEN,
+    "g": GREEN,
+    "y": YELLOW,
+    "u": YELLOW,
+    "r": RED,
     "s": (255, 178, 36),  # right on red, after a stop
 }
 DARK: Colour = (138, 143, 146)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import TypeAlias
 
-from benchmark.leaderboard import COLUMNS
+from benchmark.columns import COLUMNS
 from benchmark.paper.published import FOLDER, INTERSECTIONS
 from benchmark.record import JunctionMetrics, Record
 from benchmark.statistics import Estimate, estimates

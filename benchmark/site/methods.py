@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from benchmark.leaderboard import COLUMNS, Column
+from benchmark.columns import COLUMNS, Column
 from benchmark.record import Record
 from benchmark.site.formulas import FORMULAS
 

@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmark.leaderboard import COLUMNS, MARKS, Column, Row
+from benchmark.columns import COLUMNS, Column
+from benchmark.leaderboard import MARKS, Row
 from benchmark.site import charts, formulas, methods
 from benchmark.site.contents import Contents, rates
 from benchmark.site.intervals import Scale

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-from benchmark.leaderboard import COLUMNS, HEADLINE, Values
+from benchmark.columns import COLUMNS, HEADLINE
+from benchmark.leaderboard import Values
 from benchmark.site.contents import Cell, Contents
 from benchmark.statistics import Estimate, estimates
 

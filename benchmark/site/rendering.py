@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup, escape
 
 from benchmark import __version__
-from benchmark.leaderboard import Column, Row
+from benchmark.columns import Column
+from benchmark.leaderboard import Row
 from benchmark.site.contents import Contents, rates
 from benchmark.statistics import Estimate
 from benchmark.tables import percent

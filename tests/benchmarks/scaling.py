@@ -17,7 +17,7 @@ from argparse import ArgumentParser
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from multiprocessing import get_context
@@ -34,6 +34,7 @@ from benchmark.cluster.stream import Stream
 from benchmark.cluster.worker import Job
 from benchmark.episode import Episode, run
 from benchmark.local import LocalPool
+from benchmark.outcome import Outcome
 from benchmark.record import Record
 from benchmark.store import Store
 from benchmark.suite import Executor, prepare
@@ -206,6 +207,14 @@ def dask_worker_memory() -> float:
         return megabytes(psutil.Process(pid).memory_info().rss)
 
 
+def held_each(count: int = 200_000) -> float:
+    """Bytes that the command keeps of an episode: what it is, and what became of it."""
+    before = psutil.Process().memory_info().rss
+    base = Episode(catalogue.one("334"), CONTROLLERS[0], 0.5, 1)
+    kept = [(replace(base, seed=seed), Outcome("ok")) for seed in range(count)]
+    return (psutil.Process().memory_info().rss - before) / len(kept)
+
+
 # --- what is told -------------------------------------------------------------------------------
 
 
@@ -215,9 +224,8 @@ def report(tasks: int) -> Iterator[str]:
     Args:
         tasks: how many to send through the scheduler.
     """
-    before = psutil.Process().memory_info().rss
     records = Store(RESULTS).read()
-    held = (psutil.Process().memory_info().rss - before) / len(records)
+    held = held_each()
     wall = fmean(one.wall_time for one in records if one.wall_time)
     line = fmean(len(one.line()) for one in records)
     cost = Cost.measured()
@@ -229,7 +237,7 @@ def report(tasks: int) -> Iterator[str]:
     yield f"| the process of an episode, at most | {cost.memory:.0f} MB |"
     yield f"| a Dask worker beside it | {dask_worker_memory():.0f} MB |"
     yield f"| a record on the disk | {line / 1024:.1f} KB |"
-    yield f"| a record in the command's memory | {held / 1024:.1f} KB |"
+    yield f"| an episode in the command's memory | {held / 1024:.1f} KB |"
     yield f"| the cache, a scenario and seed | {cost.routes:.2f} MB |"
 
     local = min(overhead(LocalPool(1), 100) for _ in range(ROUNDS))
@@ -263,7 +271,7 @@ def needs(wall: float, line: float, held: float, limit: float) -> dict[str, list
     Args:
         wall: mean wall time of an episode [s].
         line: bytes of a record on the disk.
-        held: bytes of a record in the command.
+        held: bytes of an episode in the command.
         limit: tasks a second that one scheduler and command can do.
     """
     rates = {cores: min(cores / wall, limit) for cores in CORES}
@@ -275,7 +283,7 @@ def needs(wall: float, line: float, held: float, limit: float) -> dict[str, list
         },
         "hours of scheduler and command": 1 / limit / 3600,
         "records on the disk [GB]": line / 1e9,
-        "records in the command [GB]": held / 1e9,
+        "the command's memory [GB]": held / 1e9,
     }
     return {name: [_short(size * value) for size in SIZES] for name, value in rows.items()}
 

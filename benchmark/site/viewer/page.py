@@ -55,7 +55,7 @@ def page(kept: Sequence[Trajectories]) -> str:
             scenario=first.record.scenario,
             heading=first.title,
             shown=[_shown(one.record) for one in kept],
-            records=[digest(one.record) for one in kept],
+            identities=[one.record.identity or "" for one in kept],
             movements=_movements(first),
             several=len(first.ground.junctions) > 1,
             last=first.steps - 1,
@@ -91,27 +91,21 @@ def check_together(records: Sequence[Record]) -> None:
             )
 
 
-def digest(record: Record) -> str:
-    """What tells the page of a record from that of another, whatever its wall time."""
-    same = record.model_copy(update={"wall_time": 0.0})
-    return hashlib.sha256(same.line().encode()).hexdigest()
-
-
 def shows(head: str) -> list[str]:
-    """The digests of the records that a page shows, as the first ``HEAD`` characters of it say."""
-    reader = _Digests()
+    """The identities of the episodes that a page shows, as its first ``HEAD`` characters say."""
+    reader = _Identities()
     reader.feed(head)
     return reader.found
 
 
-class _Digests(HTMLParser):
+class _Identities(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.found: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = dict(attrs)
-        if tag == "meta" and given.get("name") == "rightofway:record":
+        if tag == "meta" and given.get("name") == "rightofway:identity":
             self.found.append(given.get("content") or "")
 
 

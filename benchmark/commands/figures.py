@@ -1,0 +1,72 @@
+"""The command ``rightofway figures``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from benchmark.commands import console, output_files
+from benchmark.errors import UsageError
+
+
+def draw_figures(
+    records: Annotated[
+        Path, typer.Option("--records", help="Results folder, or its records folder.")
+    ] = Path("out"),
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the figures; default: figures in the results.")
+    ] = None,
+    form: Annotated[str, typer.Option("--format", help="png, svg or pdf.")] = "png",
+    only: Annotated[
+        list[str] | None, typer.Option(help="Repeatable; this figure alone, such as waiting.")
+    ] = None,
+    scenario: Annotated[
+        list[str] | None, typer.Option(help="Repeatable; default: the first eight of them.")
+    ] = None,
+    controller: Annotated[
+        list[str] | None, typer.Option(help="Repeatable; default: up to five without options.")
+    ] = None,
+    rate: Annotated[
+        list[float] | None, typer.Option(help="Repeatable; default: all that were run.")
+    ] = None,
+    at: Annotated[
+        float, typer.Option(min=0, max=1, help="The rate of figures that show one.")
+    ] = 0.4,
+    training: Annotated[
+        list[Path] | None,
+        typer.Option(help="Repeatable; folders of training runs, for their curves."),
+    ] = None,
+) -> None:
+    """Draw the figures of a results folder, for print and for the colour-blind; needs no SUMO."""
+    from benchmark.plots import gallery, style
+    from benchmark.plots import training as curves
+    from benchmark.plots.data import Data, Wish
+    from benchmark.store import Store
+    from benchmark.validation import nearest
+
+    chosen = next((one for one in style.FORMATS if one == form), None)
+    if chosen is None:
+        raise UsageError(f'--format "{form}": expected {", ".join(style.FORMATS)}')
+    for name in only or ():
+        if name not in gallery.NAMES:
+            raise UsageError(f'--only "{name}": no such figure{nearest(name, gallery.NAMES)}')
+    logs = curves.logs(training or [])
+    folder = records.parent if records.name == "records" else records
+    store = Store(folder, notice=console.notice)
+    wish = Wish(scenario or (), controller or (), rate or (), at)
+    data = Data(store.table(), store.records_of, wish)
+    if data.left_out and not scenario:
+        console.notice(f"{data.left_out} more scenarios are left out; --scenario chooses")
+    target = out or folder / "figures"
+    output_files.make_folder(target)
+    written = []
+    for kind, path in gallery.write(data, logs, target, chosen, only or ()):
+        if path is None:
+            console.notice(f"{kind.name}: nothing to draw; {kind.lacks}")
+        else:
+            written.append((kind, path))
+            typer.echo(str(path))
+    if not written:
+        raise UsageError(f"{folder}: nothing to draw")
+    if not only:
+        gallery.write_page(data, written, target)
