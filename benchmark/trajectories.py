@@ -1,8 +1,8 @@
 """What an episode looked like from above: where every vehicle was at every step, and why.
 
-Plain data without SUMO: ``benchmark.recorder`` makes it, ``benchmark.trajectory_file`` keeps it,
-the pages and films of ``benchmark.site`` show it. Places are in metres of the network, x to the
-east and y to the north.
+Plain data without SUMO: ``benchmark.recorder`` makes it, ``benchmark.trajectory_document`` packs
+it, pages (``benchmark.site.viewer``) and films (``benchmark.film``) show it. Places are in metres
+of the network, x to the east and y to the north.
 """
 
 from dataclasses import dataclass

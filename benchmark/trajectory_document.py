@@ -88,7 +88,9 @@ def document(kept: Trajectories) -> Document:
     return Document(
         format=1,
         title=kept.title,
-        record=kept.record.model_dump(mode="json", by_alias=True),
+        record=kept.record.model_copy(update={"wall_time": 0.0}).model_dump(
+            mode="json", by_alias=True
+        ),  # the same episode makes the same page
         step=kept.step,
         start=kept.start,
         steps=kept.steps,

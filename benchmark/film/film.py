@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -114,7 +115,8 @@ def write(kept: Sequence[Trajectories], path: Path, part: Range) -> None:
             f"{path}: cannot write: {error.strerror or error}; choose another file"
         ) from error
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
 
 
 def _pictures(
