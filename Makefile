@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test lint browser bench scaling large-store soak results figures site screenshots reference ablations capacity clean
+.PHONY: run test lint browser bench scaling large-store soak replay-speed results figures site screenshots reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -59,9 +59,17 @@ results: .venv/installed
 figures: .venv/installed
 	$(BIN)/rightofway figures --records results --training results/training
 
-# The results as pages, and pictures of them for the README.
+# The results as pages, with a replay of each intersection, and pictures of them for the README.
 site: .venv/installed
+	for name in 229 332 334 449; do \
+	  $(BIN)/rightofway replay $$name --controller wang --controller hierarchical-tuned \
+	    --rate 0.6 --seed 3 -o results/replays/$$name.html || exit 1; \
+	done
 	$(BIN)/rightofway site --records results --output site
+
+# What replays cost, and how smoothly they play; on an idle machine.
+replay-speed: .venv/installed-dev browser
+	$(BIN)/python tests/benchmarks/replay_speed.py
 
 screenshots: .venv/installed-dev browser site
 	$(BIN)/python tests/screenshots.py site docs

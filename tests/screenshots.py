@@ -1,4 +1,4 @@
-"""Takes the README's pictures of the results site: `make screenshots`."""
+"""Takes the README's pictures of the results site and a replay: `make screenshots`."""
 
 import sys
 from contextlib import ExitStack
@@ -12,7 +12,7 @@ SHARPNESS = 1.25  # pixels of the picture per pixel of the page
 
 
 def main(site: Path, target: Path) -> None:
-    """Write a picture of the overview and of a scenario."""
+    """Write a picture of the overview, of a scenario and of a replay."""
     found = program()
     if found is None:
         sys.exit(
@@ -33,6 +33,13 @@ def main(site: Path, target: Path) -> None:
         scenario.get_by_label("logarithmic").check()
         scenario.wait_for_timeout(300)  # until it is drawn again
         take(scenario, target / "site-scenario.png")
+        replay = visit(
+            f"{(site / 'replays' / '334.html').resolve().as_uri()}#t=650",
+            viewport={"width": 1200, "height": 850},
+            device_scale_factor=SHARPNESS,
+        )
+        replay.wait_for_timeout(500)  # until it is drawn
+        take(replay, target / "replay.png")
     if visit.troubles:
         sys.exit("\n".join(visit.troubles))
 
