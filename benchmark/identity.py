@@ -19,7 +19,10 @@ from pathlib import Path
 from benchmark import __version__, naming, plugins, sumo_tools
 
 APART = frozenset(
-    {"cluster", "commands", "conformance", "paper", "regression_report", "site", "submission"}
+    {
+        *("cluster", "commands", "conformance", "film", "paper", "plots"),
+        *("regression_report", "site", "submission"),
+    }
 )
 """Folders of this package that no episode imports; a test holds that."""
 

@@ -6,12 +6,13 @@ import threading
 from collections import deque
 from collections.abc import Generator, Sequence
 from concurrent.futures import CancelledError
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 
 from benchmark import outcome
 from benchmark.episode import Episode, run
 from benchmark.record import Record
 from benchmark.supervised import Worker
+from benchmark.workers import GLANCE
 
 Ended = tuple[Episode, Record] | BaseException | None
 """An episode that ended, what must not happen, or a worker that has nothing more to do."""
@@ -56,7 +57,10 @@ class LocalPool:
             try:
                 serving = len(threads)
                 while serving:
-                    found = ended.get()
+                    try:  # to wake now and then: see ``benchmark.workers.result_of``
+                        found = ended.get(timeout=GLANCE)
+                    except Empty:
+                        continue
                     if isinstance(found, BaseException):
                         raise found
                     if found is None:

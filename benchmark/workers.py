@@ -5,9 +5,10 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -31,6 +32,21 @@ def pool(count: int, initializer: Callable[..., None] | None = None, *given: Any
     with interrupts_held_back():
         assert found.active  # to ask starts it
     return found
+
+
+Result = TypeVar("Result")
+GLANCE = 0.5  # s
+
+
+def result_of(future: "Future[Result]") -> Result:
+    """The result of a future, once it is there.
+
+    The system may hand Ctrl-C to another thread, which does not wake one that waits for a lock; so
+    this one wakes now and then by itself, and then hears it.
+    """
+    while not future.done():
+        wait([future], timeout=GLANCE)
+    return future.result()
 
 
 @contextmanager

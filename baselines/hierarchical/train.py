@@ -40,7 +40,7 @@ from benchmark.learning.run import (
     replaced,
 )
 from benchmark.scenario import Scenario
-from benchmark.workers import pool
+from benchmark.workers import pool, result_of
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -315,7 +315,7 @@ def _results(workers: "ProcessPool", rollouts: Iterator[Rollout]) -> Iterator[Pl
     """Play rollouts side by side; the results come in their order."""
     futures: list[Future[Played]] = [workers.schedule(play, args=(one,)) for one in rollouts]
     for future in futures:
-        yield future.result()
+        yield result_of(future)
 
 
 def _tensors(arrays: ppo.Arrays) -> dict[str, torch.Tensor]:

@@ -41,6 +41,7 @@ from benchmark.learning.run import (
 )
 from benchmark.learning.traffic import Reward
 from benchmark.scenario import Scenario
+from benchmark.workers import result_of
 
 HERE = Path(__file__).parent
 
@@ -187,7 +188,7 @@ class _Run:
             self._notify(f"stopped; continue with --resume --out {self._folder.path}")
             raise KeyboardInterrupt
         self._acting = self._snapshot()
-        self._judge([future.result() for future in self._validation(workers)], self._acting)
+        self._judge([result_of(future) for future in self._validation(workers)], self._acting)
         self._finish()
 
     def _logger(self) -> Logger:
@@ -199,7 +200,7 @@ class _Run:
 
     def _take(self, turn: "_Turn", workers: Workers) -> "_Turn | None":
         """Learn from a turn while the next is played; None where there is none."""
-        played = [future.result() for future in turn.playing]
+        played = [result_of(future) for future in turn.playing]
         before = self._decisions
         self._decisions += sum(len(t.actions) for one in played for t in one.trajectories)
         if self._decisions == before:
@@ -211,7 +212,7 @@ class _Run:
             following = self._start(workers)
         self._learn(played, before)
         if turn.validating:
-            self._judge([future.result() for future in turn.validating], turn.acting)
+            self._judge([result_of(future) for future in turn.validating], turn.acting)
         return following
 
     def _start(self, workers: Workers) -> "_Turn":

@@ -51,7 +51,8 @@ def main() -> None:
             gaps = np.array(opened.evaluate(COUNT))
             late = 100 * np.mean(gaps > 25)
             say(
-                f"| {name} | {len(page.page([kept])) / 1e6:.2f} MB | {watched / plain - 1:+.0%} | {most} "
+                f"| {name} | {len(page.page([kept])) / 1e6:.2f} MB "
+                f"| {100 * (watched / plain - 1):+.0f} % | {most} "
                 f"| {1000 / gaps.mean():.0f} | {late:.0f} % |"
             )
             opened.close()

@@ -1,0 +1,86 @@
+"""Scenarios, leaderboards, replays and figures in a notebook: ``%load_ext benchmark.notebook``."""
+
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmark import figures, leaderboard, tables
+from benchmark.leaderboard import Row
+from benchmark.playback import Replay as Replay
+from benchmark.record import Record
+from benchmark.scenario import Scenario
+from benchmark.store import Store
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RESOLUTION = 110  # dots per inch
+
+
+class Leaderboard:
+    """The leaderboard of records; a notebook shows a table of waiting for each rate.
+
+    Args:
+        rows: as ``benchmark.leaderboard.rows`` gives them.
+    """
+
+    def __init__(self, rows: Sequence[Row]) -> None:
+        self.rows = tuple(rows)
+
+    @classmethod
+    def of(cls, records: Iterable[Record]) -> "Leaderboard":
+        """That of some records."""
+        return cls(leaderboard.rows(records))
+
+    @classmethod
+    def read(cls, results: Path | str) -> "Leaderboard":
+        """That of a results folder.
+
+        Raises:
+            StoreError: the folder holds no records, or a line is not a record.
+        """
+        return cls(leaderboard.of(Store(Path(results)).table()))
+
+    @property
+    def rates(self) -> list[float]:
+        """The penetration rates that were run, rising."""
+        return sorted({row.rate for row in self.rows if row.rate is not None})
+
+    def __repr__(self) -> str:
+        scenarios = len({row.scenario for row in self.rows})
+        controllers = len({row.controller for row in self.rows})
+        return f"Leaderboard({controllers} controllers on {scenarios} scenarios)"
+
+    def _repr_markdown_(self) -> str:
+        parts = [tables.summary(self.rows, rate) for rate in self.rates]
+        return "\n".join(parts) or tables.markdown(self.rows)
+
+    def _repr_html_(self) -> str:
+        from markdown_it import MarkdownIt
+
+        words = MarkdownIt("commonmark", {"html": False}).enable("table")
+        return str(words.render(self._repr_markdown_()))
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Let IPython show scenarios as drawings, and figures of ``benchmark.plots`` as pictures."""
+    from matplotlib.figure import Figure
+
+    formatters = shell.display_formatter.formatters
+    formatters["image/svg+xml"].for_type(Scenario, plan)
+    formatters["image/png"].for_type(Figure, picture)
+
+
+def plan(scenario: Scenario) -> str:
+    """A scenario from above, as SVG."""
+    return figures.panels(scenario)["plan"]
+
+
+def picture(figure: "Figure") -> bytes:
+    """A figure as PNG."""
+    from benchmark.plots import style
+
+    with style.styled(), io.BytesIO() as file:
+        figure.savefig(file, format="png", dpi=RESOLUTION, metadata={"Software": None})
+        return file.getvalue()
