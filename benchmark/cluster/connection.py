@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from distributed import Client, LocalCluster
 
 PATIENCE = 10.0  # s for a scheduler to answer
+ONE_EACH = {"distributed.scheduler.worker-saturation": 1.0}  # none waits behind one that hangs
 
 
 def address_in(file: Path) -> str:
@@ -104,9 +105,13 @@ def local(workers: int) -> "LocalCluster":
         ClusterError: Dask is not installed.
     """
     _require_dask()
+    import dask
     from distributed import LocalCluster
 
-    with interrupts_held_back():  # Ctrl-C is this process's to answer, and not its workers'
+    with (
+        interrupts_held_back(),  # Ctrl-C is this process's to answer, and not its workers'
+        dask.config.set(ONE_EACH),
+    ):
         return LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
