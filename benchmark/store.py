@@ -200,13 +200,11 @@ class Store:
 
     def _decoded(self, path: Path) -> Iterator[tuple[bytes, Any]]:
         """The lines of a file with what they say, which has the attributes of a ``Record``."""
-        import msgspec
-
         decode = frame.decoder().decode
         for line, place in self._lines(path):
             try:
                 yield line, decode(line)
-            except msgspec.DecodeError:
+            except ValueError:  # msgspec's errors, and those of text that is not UTF-8
                 yield line, _parse(line, place)
 
     def _set_aside_torn_line(self, path: Path) -> None:

@@ -197,10 +197,15 @@ def test_what_comes_back_otherwise_is_not_taken(
     assert lines(store) == before
 
 
-def test_a_line_that_is_no_record_is_named_before_anything_moves(tmp_path: Path) -> None:
+@pytest.mark.parametrize("line", [b"{}", b'{"scenario": "\xff"}', b"\xff\xfe", b"[1, 2]", b'{"a'])
+def test_a_line_that_is_no_record_is_named_before_anything_moves(
+    tmp_path: Path, line: bytes
+) -> None:
     store = filled(tmp_path, *SOME, record(scenario="test/b"))
     path = store.records_folder / "test-b.jsonl"
-    path.write_text("{}\n" + path.read_text())
+    path.write_bytes(line + b"\n" + path.read_bytes())
+    with pytest.raises(StoreError, match=r"test-b.jsonl:1"):
+        store.table()
     before = files(store)
     with pytest.raises(StoreError, match=r"test-b.jsonl:1"):
         packed(store)
