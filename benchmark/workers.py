@@ -34,8 +34,30 @@ def pool(count: int, initializer: Callable[..., None] | None = None, *given: Any
     return found
 
 
+@contextmanager
+def working(count: int) -> Iterator["ProcessPool"]:
+    """Worker processes that end with the context, in the midst of what they do then."""
+    found = pool(count)
+    try:
+        yield found
+    finally:
+        end(found)
+
+
+def end(workers: "ProcessPool") -> None:
+    """Stop worker processes at once.
+
+    Ctrl-C in the midst of the pool's own code may leave it unable to end; it is given a while.
+    """
+    workers.stop()  # type: ignore[no-untyped-call]
+    ending = threading.Thread(target=workers.join, daemon=True)
+    ending.start()
+    ending.join(PATIENCE)
+
+
 Result = TypeVar("Result")
 GLANCE = 0.5  # s
+PATIENCE = 5.0  # s
 
 
 def result_of(future: "Future[Result]") -> Result:

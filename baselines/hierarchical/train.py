@@ -40,7 +40,7 @@ from benchmark.learning.run import (
     replaced,
 )
 from benchmark.scenario import Scenario
-from benchmark.workers import pool, result_of
+from benchmark.workers import result_of, working
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -108,7 +108,7 @@ def train(name: str, options: Options) -> None:
     if options.resume:
         run.restore()
     with (
-        pool(options.workers) as workers,
+        working(options.workers) as workers,
         Interrupts(options.notify) as interrupts,
         closing(run.logger()) as logger,
     ):

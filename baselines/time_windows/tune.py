@@ -29,7 +29,7 @@ from benchmark.learning.run import (
 from benchmark.record import Record
 from benchmark.scenario import Scenario
 from benchmark.validation import nearest
-from benchmark.workers import pool
+from benchmark.workers import working
 
 if TYPE_CHECKING:
     from optuna import Study, Trial
@@ -90,7 +90,7 @@ def train(options: Options) -> None:
     scenarios = catalogue.find(settings.scenarios)
     folder = Folder(options, NAME, settings, checkpoint="trials.log")
     study = _study(folder.checkpoint)
-    with pool(options.workers) as workers, Interrupts(options.notify) as interrupts:
+    with working(options.workers) as workers, Interrupts(options.notify) as interrupts:
         scorer = Scorer(settings, scenarios, workers)
         _try(study, scorer, options.seed, interrupts)
         folder.note(trials=len(study.trials))

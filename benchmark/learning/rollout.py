@@ -16,7 +16,7 @@ import numpy.typing as npt
 from benchmark.learning.observation import Layout, Numbers
 from benchmark.learning.traffic import Moment, Reward, Traffic
 from benchmark.scenario import Scenario
-from benchmark.workers import pool
+from benchmark.workers import end, pool
 
 Actions = npt.NDArray[np.int64]
 
@@ -165,8 +165,7 @@ class Workers:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._pool.stop()  # type: ignore[no-untyped-call]  # what is still being played is of no use
-        self._pool.join()
+        end(self._pool)  # what is still being played is of no use
 
     def play(self, rollouts: Sequence[Rollout], policy: Policy) -> list[Future[Played]]:
         """Start rollouts; the results come in their order."""
