@@ -16,12 +16,14 @@ import time
 from argparse import ArgumentParser
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 COMMAND = Path(sys.executable).parent / "rightofway"
-RESULTS = Path(__file__).parents[2] / "results" / "records" / "colorado-springs-334.jsonl"
+RESULTS = Path(__file__).parents[2] / "results" / "records"
 CONTROLLERS = ("traffic-light", "virtual-signal", "wang", "wang-tuned", "time-windows")
 CONTROLLERS += ("hierarchical-tuned",)
 SEEDS = 40
+SPREAD = 0.1  # of each figure around a committed one, as the deviation of its logarithm
 WALL, MEMORY = 20.0, 2.0  # s, GB
 
 
@@ -58,31 +60,47 @@ def fill(folder: Path, wanted: int) -> int:
 
 
 def lines(number: int) -> Iterator[str]:
-    """The records of one map, like those of intersection 334 but for chance."""
+    """The records of one map, like those of a committed intersection but for chance.
+
+    Every figure is drawn anew, since equal ones would be packed and estimated for nothing.
+    """
     chance = random.Random(number)
-    for record in BASE:
+    for record in BASES[number % len(BASES)]:
         for more in range(0, SEEDS, 20):
-            (name, junction), *_ = record["junctions"].items()
-            factor = chance.lognormvariate(0, 0.1)
-            own = {
-                key: round(value * factor, 6) if isinstance(value, float) else value
-                for key, value in junction.items()
-            }
             changed = {
                 "scenario": f"city/{number}",
                 "scenario_hash": f"{number:064x}",
+                "network_hash": f"{number + 1:064x}",
                 "seed": record["seed"] + more,
+                "routes_hash": f"{chance.getrandbits(256):064x}",
                 "identity": f"{chance.getrandbits(256):064x}",
-                "junctions": {name: own},
+                **{key: varied(record[key], chance) for key in ("junctions", "trips", "wall_time")},
             }
             yield json.dumps(record | changed, separators=(",", ":")) + "\n"
 
 
-BASE = [
-    record
-    for record in map(json.loads, RESULTS.read_text().splitlines())
-    if record["controller"] in CONTROLLERS and record["status"] == "ok"
-]
+def varied(value: Any, chance: random.Random) -> Any:
+    """A value of a record with each number in it drawn anew around what it was."""
+    match value:
+        case dict():
+            return {key: varied(one, chance) for key, one in value.items()}
+        case list():
+            return [varied(one, chance) for one in value]
+        case int():
+            return round(value * chance.lognormvariate(0, SPREAD))
+        case float():  # with as many digits, as they take room
+            digits = len(str(value).partition(".")[2])
+            return round(value * chance.lognormvariate(0, SPREAD), digits)
+    return value
+
+
+def bases() -> list[list[dict[str, Any]]]:
+    """The records of each committed intersection."""
+    every = [map(json.loads, path.read_text().splitlines()) for path in sorted(RESULTS.iterdir())]
+    return [[one for one in records if one["controller"] in CONTROLLERS] for records in every]
+
+
+BASES = bases()
 
 
 def measure(title: str, command: str, folder: Path) -> tuple[float, float]:
