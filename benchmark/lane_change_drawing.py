@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -11,25 +10,18 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from benchmark import drawing, network, png_file
+from benchmark import drawing, network
 from benchmark.drawing import Site
 from benchmark.geometry import Points, points, ribbon, stretch
 from benchmark.lane_change import LaneChange
+from benchmark.plots import style
 from benchmark.scenario import Scenario
 from benchmark.state import Crossing, TrafficState, Vehicle
 
-INK = "#222222"
 ROBOT, HUMAN, LANE = "#C1121F", "#8D99A6", "#F0E442"  # red and grey differ in lightness as well
 THICK, THIN = 1.8, 0.5  # points, of outlines
 WIDTH = 1.9  # m of a vehicle
 REACH = 55.0  # m from the middle of the view to its sides
-STYLE = {
-    "font.family": "sans-serif",
-    "font.size": 9.0,
-    "text.color": INK,
-    "text.usetex": False,
-    "text.parse_math": False,
-}
 
 
 def draw(scenario: Scenario, change: LaneChange, target: Path) -> None:
@@ -46,14 +38,14 @@ def draw(scenario: Scenario, change: LaneChange, target: Path) -> None:
     built = network.build(scenario)
     junction = built.junctions[change.after.intersection.id]
     site = Site(scenario, junction, network.surroundings(built))
-    with matplotlib.style.context(["default", STYLE]):
+    with style.styled():
         figure = Figure(figsize=(7.2, 4.2), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
         before, after = figure.subplots(1, 2)
         _panel(before, site, change.before, change, "before")
         _panel(after, site, change.after, change, "after")
         _legend(figure)
-        png_file.save(figure, target)
+        style.save(figure, target)
 
 
 def _panel(axes: Axes, site: Site, state: TrafficState, change: LaneChange, words: str) -> None:
@@ -62,7 +54,7 @@ def _panel(axes: Axes, site: Site, state: TrafficState, change: LaneChange, word
     axes.set_aspect("equal")
     axes.set_facecolor(drawing.GROUND)
     axes.set_title(f"{words}: {state.time:g} s", loc="left")
-    axes.spines[:].set(color="#bbbbbb", linewidth=0.8)
+    axes.spines[:].set(visible=True, color="#bbbbbb", linewidth=0.8)
     drawing.draw_asphalt(axes, site, drawing.PALE_ASPHALT)
     lane = site.intersection.lanes[change.target]
     axes.add_collection(PolyCollection([ribbon(points(lane.shape), lane.width)], facecolor=LANE))
@@ -85,7 +77,9 @@ def _draw_vehicles(axes: Axes, site: Site, state: TrafficState, changing: str) -
         part = _place(site, one)
         if part is not None:
             edge = THICK if one.id == changing else THIN
-            shape = PolyCollection([ribbon(part, WIDTH)], edgecolor=INK, linewidth=edge, zorder=4)
+            shape = PolyCollection(
+                [ribbon(part, WIDTH)], edgecolor=style.INK, linewidth=edge, zorder=4
+            )
             shape.set_facecolor(ROBOT if one.is_robot else HUMAN)
             axes.add_collection(shape)
 
@@ -111,7 +105,9 @@ def _legend(figure: Figure) -> None:
 
 
 def _keys() -> Iterator[Patch]:
-    yield Patch(facecolor=ROBOT, edgecolor=INK, linewidth=THICK, label="RV that changes lanes")
-    yield Patch(facecolor=ROBOT, edgecolor=INK, linewidth=THIN, label="RV")
-    yield Patch(facecolor=HUMAN, edgecolor=INK, linewidth=THIN, label="HV")
+    yield Patch(
+        facecolor=ROBOT, edgecolor=style.INK, linewidth=THICK, label="RV that changes lanes"
+    )
+    yield Patch(facecolor=ROBOT, edgecolor=style.INK, linewidth=THIN, label="RV")
+    yield Patch(facecolor=HUMAN, edgecolor=style.INK, linewidth=THIN, label="HV")
     yield Patch(facecolor=LANE, label="the lane it regulates")

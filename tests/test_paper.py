@@ -18,6 +18,7 @@ from benchmark import suite_file
 from benchmark.paper import figures, missing, published, report, tables, worth
 from benchmark.paper.reductions import against, summary, summary_of_paper
 from benchmark.paper.samples import Samples, canonical
+from benchmark.plots import style
 from benchmark.record import Record
 from benchmark.store import Store
 
@@ -26,6 +27,7 @@ SEEDS = range(1, 21)
 BASE = {seed: 20.0 + 5 * ((7 * seed) % 11) for seed in SEEDS}  # s, of the baselines
 CURVE = (1.0, 0.6, 0.4)
 WANG, SIGNAL = published.WANG, published.SIGNAL
+NAMES = (report.WAITING, report.UNREGULATED)
 
 
 def at(
@@ -299,51 +301,61 @@ def test_a_controller_without_records_is_named_with_a_command_that_survives_a_sh
 
 
 def test_the_report_holds_a_table_for_what_is_there_and_says_what_is_not() -> None:
-    text = report.report(Samples(at("wang")), SUITE, Path("out"), report.example("E", drawn=False))
+    text = report.report(
+        Samples(at("wang")), SUITE, Path("out"), (), report.example("E", drawn=False)
+    )
     assert "- `hierarchical-tuned`: no records" in text
     assert "`rightofway run paper --out out`" in text
+    assert "![" not in text
     assert cells_of(text, "229", "40 %")[2:] == ["18.98", "-", "-"]
     assert text.endswith("## A lane change that regulates a lane\n\nE\n")
 
 
 def test_a_whole_report_has_no_section_on_what_is_missing(whole: list[Record]) -> None:
     suite = SUITE.model_copy(update={"controllers": ("wang", "hierarchical")})
-    text = report.report(Samples(whole), suite, Path("out"), "")
+    text = report.report(Samples(whole), suite, Path("out"), (), "")
     assert "Missing" not in text
     assert "20.0 [20.0, 20.0]" in text
-
-
-def drawn(records: Iterable[Record], folder: Path) -> tuple[Path, Path]:
-    folder.mkdir(exist_ok=True)
-    both = folder / "waiting.png", folder / "unregulated.png"
-    figures.write(Samples(records), *both)
-    return both
 
 
 def test_figures_are_the_same_bytes_again_and_show_every_controller(
     whole: list[Record], tmp_path: Path
 ) -> None:
-    once, again = drawn(whole, tmp_path / "a"), drawn(list(whole), tmp_path / "b")
-    for one, other in zip(once, again, strict=True):
-        assert one.read_bytes() == other.read_bytes()
-    image = imread(once[1])[..., :3]
-    for colour in figures.COLOURS.values():
+    places = tmp_path / "once", tmp_path / "again"
+    for place in places:
+        place.mkdir()
+        names = figures.write(Samples(whole), place)
+    for name in names:
+        once, again = ((place / name).read_bytes() for place in places)
+        assert once == again
+    image = imread(places[0] / report.UNREGULATED)[..., :3]
+    for colour in style.COLOURS[: len(figures.SHOWN)]:
         wanted = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
         assert (np.abs(image - wanted).max(axis=2) < 0.02).sum() > 50, colour
 
 
-@pytest.mark.parametrize("seeds", [[], [1]])
-def test_figures_of_few_records_or_none_can_be_drawn(seeds: list[int], tmp_path: Path) -> None:
-    for one in drawn(at("wang", seeds=seeds), tmp_path):
-        assert one.stat().st_size > 5000
+def test_only_figures_that_show_something_are_written(tmp_path: Path) -> None:
+    assert figures.write(Samples(at("wang", seeds=[1])), tmp_path) == NAMES
+    assert figures.write(Samples(at("wang", rate=0.7)), tmp_path) == NAMES[:1]
+    assert figures.write(Samples(at("traffic-light", rate=None)), tmp_path) == ()
+    assert not [*tmp_path.iterdir()]  # none of an earlier time
 
 
-def test_episodes_that_jammed_stay_in_the_picture(tmp_path: Path) -> None:
-    records = [*at("wang"), *at("wang", seeds=[1], share=30.0), *at("wang", "332", share=0.0)]
-    axes = figures.waiting_figure(Samples(records)).axes[0]
-    low, high = axes.get_ylim()
-    assert low <= figures.SHORTEST < 30 * BASE[1] <= high
-    assert axes.get_yscale() == "log"
+def test_the_paper_is_measured_against_the_deployed_signal_alone(whole: list[Record]) -> None:
+    others = [*everywhere("traffic-light-actuated"), *everywhere("first-come")]
+    waiting = figures.drawn(Samples([*whole, *others]))[report.WAITING]
+    assert waiting is not None
+    (legend,) = waiting.legends
+    assert [text.get_text() for text in legend.get_texts()] == [*figures.SHOWN, SIGNAL]
+
+
+def test_figures_of_the_paper_are_at_its_rates(whole: list[Record]) -> None:
+    others = everywhere("wang", 0.1)
+    more = [one.model_copy(update={"rate": 0.1}) for one in others]
+    waiting = figures.drawn(Samples([*whole, *more]))[report.WAITING]
+    assert waiting is not None
+    labels = [tick.get_text() for tick in waiting.axes[-1].get_xticklabels()]
+    assert labels == ["40 %", "50 %", "60 %", "70 %"]
 
 
 # --- the command -------------------------------------------------------------------------------

@@ -67,6 +67,16 @@ def test_boxes_hold_the_seeds_of_each_controller_and_lines_the_signals() -> None
     assert [one.get_text() for one in axes.get_xticklabels()] == ["10 %", "20 %"]
 
 
+def test_episodes_that_jammed_and_waits_of_nothing_stay_in_the_picture() -> None:
+    figure = waiting.boxes(
+        data([*study(a=[30.0]), *(record("a", 20 + n, 900.0 * n, rate=0.1) for n in (0, 1))])
+    )
+    assert figure is not None
+    low, high = figure.axes[0].get_ylim()
+    assert low <= waiting.SHORTEST < 900.0 <= high
+    assert figure.axes[0].get_yscale() == "log"
+
+
 def test_improvement_is_the_reduction_against_the_signal() -> None:
     figure = comparison.improvement(data(study(a=[9.8, 40.8])))
     assert figure is not None

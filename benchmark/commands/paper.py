@@ -40,9 +40,10 @@ def paper(
         out.mkdir(parents=True, exist_ok=True)
         (out / report.LANE_CHANGE).unlink(missing_ok=True)
     example = _example(controller, out / report.LANE_CHANGE) if lane_change else ""
+    pictures = figures.write(samples, out)
     with _naming(target := out / "PAPER.md"):
-        target.write_text(report.report(samples, suite, folder, example), encoding="utf-8")
-    figures.write(samples, out / report.WAITING, out / report.UNREGULATED)
+        text = report.report(samples, suite, folder, pictures, example)
+        target.write_text(text, encoding="utf-8")
     for gap in missing.gaps(samples, suite):
         console.notice(f"{gap.controller}: {gap.words}")
     typer.echo(str(target))

@@ -1,6 +1,6 @@
 """The parts of PAPER.md in one text."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from pathlib import Path
 
 from benchmark.paper import missing, tables, worth
@@ -41,16 +41,19 @@ Differences between the same top above two low levels, paired by seed; below zer
 above. The last line is the mean over the cells, by seed."""
 
 
-def report(samples: Samples, suite: Suite, folder: Path, example: str) -> str:
+def report(
+    samples: Samples, suite: Suite, folder: Path, pictures: Container[str], example: str
+) -> str:
     """The whole of PAPER.md; ends in a newline.
 
     Args:
         samples: what there is.
         suite: what there should be.
         folder: where the records lie, for the commands that make the missing ones.
+        pictures: names of the figures that lie beside it.
         example: the section on a lane change, as ``example`` makes it; empty for none.
     """
-    sections = [*_overview(samples, suite, folder), *_details(samples)]
+    sections = [*_overview(samples, suite, folder), *_details(samples, pictures)]
     return "\n\n".join([*sections, example] if example else sections) + "\n"
 
 
@@ -82,10 +85,11 @@ def _overview(samples: Samples, suite: Suite, folder: Path) -> Iterator[str]:
         yield tables.reduction_table(table)
 
 
-def _details(samples: Samples) -> Iterator[str]:
+def _details(samples: Samples, pictures: Container[str]) -> Iterator[str]:
     yield "## Average waiting time"
-    yield f"![Average waiting time by penetration rate]({WAITING})"
-    yield BOXES
+    if WAITING in pictures:
+        yield f"![Average waiting time by penetration rate]({WAITING})"
+        yield BOXES
     yield "## Beside waiting"
     yield BESIDE
     yield tables.beside_waiting(samples)
@@ -100,6 +104,7 @@ def _details(samples: Samples) -> Iterator[str]:
         yield f"{words} [s]:"
         yield worth.table(samples, key)
     yield f"## Unregulated lanes at {percent(FIGURE_RATE)} RVs"
-    yield f"![Share of unregulated lanes over time]({UNREGULATED})"
-    yield BANDS
+    if UNREGULATED in pictures:
+        yield f"![Share of unregulated lanes over time]({UNREGULATED})"
+        yield BANDS
     yield tables.unregulated_table(samples)

@@ -1,6 +1,6 @@
 """Records -> the figures of each controller, intersection and rate, by seed."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from typing import TypeAlias
 
 from benchmark.columns import COLUMNS
@@ -42,6 +42,12 @@ class Samples:
     def controllers(self) -> list[str]:
         """All that have records, sorted."""
         return sorted({controller for controller, _, _ in self._cells})
+
+    def records(self, controllers: Container[str]) -> Iterator[Record]:
+        """All records of some controllers."""
+        for (controller, _, _), seeds in self._cells.items():
+            if controller in controllers:
+                yield from seeds.values()
 
     def all(self, controller: str, intersection: str, rate: float) -> Seeds:
         """Records by seed, also those that are not ok; without a rate they stand at every rate."""

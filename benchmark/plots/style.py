@@ -25,6 +25,7 @@ HATCHES = ("", "////", "....", "\\\\\\\\", "xx")
 SIGNAL_DASHES: tuple[Any, ...] = ("-", ":", (0, (4, 2)), (0, (1, 3)))
 SIGNAL_MARKS = ("+", "x", "1", "2")
 WIDTH, PANEL = 7.2, 2.7  # in, of a page and of a row of panels
+ROOM = 88  # letters that fit beside each other
 RESOLUTION = 160  # dots per inch
 STYLE = {
     "font.family": "sans-serif",
@@ -91,10 +92,20 @@ def panels(
 
 
 def legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """A legend above all panels."""
-    longest = max((len(label) for label in labels), default=1)
-    across = max(1, min(len(labels), 95 // (longest + 7)))
-    figure.legend(handles, labels, loc="outside upper center", ncols=across)
+    """A legend above all panels, in as few rows as its words leave room for."""
+    figure.legend(handles, labels, loc="outside upper center", ncols=_across(labels))
+
+
+def _across(labels: Sequence[str]) -> int:
+    """How many columns fit; they are filled from the top, the first ones with one more."""
+    for across in range(len(labels), 1, -1):
+        full, longer = divmod(len(labels), across)
+        rest, words = iter(labels), 0
+        for column in range(across):
+            words += 7 + max(len(next(rest)) for _ in range(full + (column < longer)))
+        if words <= ROOM:
+            return across
+    return 1
 
 
 def line(index: int) -> Line2D:
