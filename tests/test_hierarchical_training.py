@@ -150,6 +150,7 @@ def test_a_run_leaves_weights_that_validated_best(finished: Path) -> None:
     assert left["finished"]
     assert left["validation"] == min(one["waiting"] for one in left["validated"])
     assert (finished / "weights.safetensors").stat().st_size < 100_000
+    assert "validation/waiting" in (finished / "logs" / "progress.csv").read_text()
 
 
 def test_equal_seeds_give_equal_weights_for_any_number_of_workers(
@@ -167,7 +168,7 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     out, learn = tmp_path / "run", train._Run._learn
 
     def stopped(self: Any, episodes: Any) -> None:
-        if self._round == 3:
+        if self.course.round == 3:
             raise KeyboardInterrupt
         learn(self, episodes)
 

@@ -22,6 +22,7 @@ from benchmark.state import TrafficState, Vehicle
 KINDS: Mapping[str, type[Hierarchy]] = {
     kind.NAME: kind for kind in (Hierarchical, HierarchicalTuned)
 }
+GRIDLOCK = 90.0  # s in which nothing moves
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Rollout:
     seed: int  # of the traffic and of exploration
     arrays: Mapping[str, Numbers]  # of the policy, with "spread" where it explores
     reward: Reward = field(default_factory=Reward)
-    gridlock_after: float = 90.0  # s
+    gridlock_after: float = GRIDLOCK  # s
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,6 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, NonNegativeFloat, model_validator
-from rich import progress
-from rich.console import Console
 
 from baselines.time_windows.controller import TimeWindows
 from benchmark import catalogue, outcome, plugins, suite
@@ -24,6 +22,7 @@ from benchmark.learning.run import (
     Reference,
     Share,
     Table,
+    bar,
     read_settings,
 )
 from benchmark.record import Record
@@ -120,16 +119,8 @@ def _try(study: "Study", scorer: "Scorer", seed: int, interrupts: Interrupts) ->
 
     settings = scorer.settings
     done = len(study.get_trials(deepcopy=False, states=[TrialState.COMPLETE]))
-    columns = (
-        progress.TextColumn("{task.completed}/{task.total} trials"),
-        progress.BarColumn(),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-        progress.TextColumn("{task.description}"),
-    )
-    with progress.Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("", total=settings.trials, completed=done)
+    with bar("trials") as shown:
+        task = shown.add_task("", total=settings.trials, completed=done)
         for number in range(done, settings.trials):
             if interrupts.wanted:
                 return
@@ -139,7 +130,7 @@ def _try(study: "Study", scorer: "Scorer", seed: int, interrupts: Interrupts) ->
             trial = study.ask()
             chosen = {name: _suggest(trial, name, *edges) for name, edges in settings.space.items()}
             study.tell(trial, scorer.score(chosen))
-            bar.update(task, advance=1, description=f"best score {study.best_value:.3f}")
+            shown.update(task, advance=1, description=f"best score {study.best_value:.3f}")
 
 
 def _suggest(trial: "Trial", name: str, lowest: float, highest: float, step: float) -> float:

@@ -5,26 +5,21 @@ round k, so equal seeds give equal weights however many workers there are.
 """
 
 import json
-import pickle
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
-from typing import Any
 
 import numpy as np
 import torch
 from pydantic import Field, PositiveInt, field_validator
-from rich import progress
-from rich.console import Console
-from stable_baselines3.common.logger import Logger, make_output_format
 
 from baselines.wang.dqn import DuelingPolicy, PrioritisedReplay, SpacesOnly, WangDQN
 from baselines.wang.policy import HIDDEN, Greedy, shapes
 from benchmark import catalogue
 from benchmark.errors import UsageError
-from benchmark.learning import weights as files
+from benchmark.learning.course import Course, arrays, tensors
 from benchmark.learning.observation import Layout, size
 from benchmark.learning.rollout import Played, Rollout, Workers
 from benchmark.learning.run import (
@@ -35,11 +30,11 @@ from benchmark.learning.run import (
     TrainingTraffic,
     Validation,
     read_settings,
-    replaced,
-    training_rollouts,
-    validation_rollouts,
+    training_episodes,
+    validation_episodes,
 )
 from benchmark.learning.traffic import Reward
+from benchmark.learning.weights import Arrays
 from benchmark.scenario import Scenario
 from benchmark.workers import result_of
 
@@ -126,20 +121,10 @@ def train(name: str, options: Options) -> None:
 
 
 @dataclass
-class _Score:
-    """How good weights are on the validation episodes."""
-
-    waiting: float  # s, mean over episodes
-    gridlocked: int
-    arrays: files.Arrays
-    round: int
-
-
-@dataclass
 class _Turn:
     """A round under way in the workers."""
 
-    acting: files.Arrays
+    acting: Arrays
     playing: "list[Future[Played]]"
     validating: "list[Future[Played]]"
 
@@ -154,94 +139,73 @@ class _Run:
         folder: Folder,
         options: Options,
     ) -> None:
-        self._settings, self._scenarios, self._folder = settings, scenarios, folder
-        self._seed, self._notify = options.seed, options.notify
+        self._settings, self._scenarios, self._seed = settings, scenarios, options.seed
         self._model = _model(settings, options.seed)
-        self._round = self._decisions = 0
+        self._course = Course(
+            self._model, folder, options, settings.validation, settings.learner.steps
+        )
         self._acting = self._snapshot()
-        self._best: _Score | None = None
 
     # --- the loop --------------------------------------------------------------------------
 
     def go(self, workers: Workers, interrupts: Interrupts) -> None:
         """Play and learn, round by round."""
-        self._model.set_logger(self._logger())
-        steps = self._settings.learner.steps
-        columns = (
-            progress.TextColumn("{task.completed:,}/{task.total:,} decisions"),
-            progress.BarColumn(),
-            progress.TimeElapsedColumn(),
-            progress.TextColumn("left"),
-            progress.TimeRemainingColumn(),
-            progress.TextColumn("{task.description}"),
-        )
-        with progress.Progress(*columns, console=Console(stderr=True)) as bar:
-            task = bar.add_task(self._status(), total=steps, completed=self._decisions)
-            turn = self._start(workers) if self._decisions < steps else None
+        course = self._course
+        with course.shown() as show:
+            turn = None if course.is_done else self._start(workers)
             while turn is not None and not interrupts.wanted:
                 turn = self._take(turn, workers)
-                bar.update(task, completed=min(steps, self._decisions), description=self._status())
-                if self._round % self._settings.validation.rounds == 0:
+                show()
+                if course.validates:
                     self.save()
             self.save()
         if turn is not None:
-            self._notify(f"stopped; continue with --resume --out {self._folder.path}")
-            raise KeyboardInterrupt
+            course.stop()
         self._acting = self._snapshot()
-        self._judge([result_of(future) for future in self._validation(workers)], self._acting)
+        self._judge(self._validation(workers), self._acting)
         self._finish()
 
-    def _logger(self) -> Logger:
-        """Logs of this session; one that resumes writes files beside those of the others."""
-        folder = str(self._folder.path / "logs")
-        suffix = f"-from-{self._round}" if self._round else ""
-        forms = [make_output_format(form, folder, suffix) for form in ("csv", "tensorboard")]
-        return Logger(folder, forms)
-
-    def _take(self, turn: "_Turn", workers: Workers) -> "_Turn | None":
+    def _take(self, turn: _Turn, workers: Workers) -> _Turn | None:
         """Learn from a turn while the next is played; None where there is none."""
         played = [result_of(future) for future in turn.playing]
-        before = self._decisions
-        self._decisions += sum(len(t.actions) for one in played for t in one.trajectories)
-        if self._decisions == before:
+        course, before = self._course, self._course.decisions
+        course.decisions += sum(len(t.actions) for one in played for t in one.trajectories)
+        if course.decisions == before:
             raise UsageError("nobody decided in a whole round; give higher rates or more time")
-        self._round += 1
+        course.round += 1
         self._acting = self._snapshot()
-        following = None
-        if self._decisions < self._settings.learner.steps:
-            following = self._start(workers)
+        following = None if course.is_done else self._start(workers)
         self._learn(played, before)
         if turn.validating:
-            self._judge([result_of(future) for future in turn.validating], turn.acting)
+            self._judge(turn.validating, turn.acting)
         return following
 
-    def _start(self, workers: Workers) -> "_Turn":
+    def _start(self, workers: Workers) -> _Turn:
         """Start this round's episodes, and its validation if it has one."""
-        due = self._round > 0 and self._round % self._settings.validation.rounds == 0
-        return _Turn(self._acting, self._play(workers), self._validation(workers) if due else [])
-
-    def _status(self) -> str:
-        if self._best is None:
-            return "not validated yet"
-        return f"best validation {self._best.waiting:.1f} s"
+        playing = self._play(workers)
+        due = self._course.validates
+        return _Turn(self._acting, playing, self._validation(workers) if due else [])
 
     def _play(self, workers: Workers) -> "list[Future[Played]]":
         """Start this round's episodes with the acting weights."""
         settings = self._settings
-        rollouts = training_rollouts(
-            settings.traffic,
-            self._scenarios,
-            np.random.default_rng([self._seed, self._round]),
-            layout=settings.layout,
-            reward=settings.reward,
-            exploration=self._exploration(),
-            discount=settings.learner.discount,
-        )
+        random = np.random.default_rng([self._seed, self._course.round])
+        rollouts = [
+            Rollout(
+                *start,
+                settings.layout,
+                settings.reward,
+                exploration=self._exploration(),
+                discount=settings.learner.discount,
+                gridlock_after=settings.traffic.gridlock_after,
+            )
+            for start in training_episodes(settings.traffic, self._scenarios, random)
+        ]
         return workers.play(rollouts, Greedy(self._acting))
 
     def _exploration(self) -> float:
         learner = self._settings.learner
-        done = min(1.0, self._decisions / (learner.exploring * learner.steps))
+        done = min(1.0, self._course.decisions / (learner.exploring * learner.steps))
         return 1.0 + done * (learner.exploration - 1.0)
 
     def _learn(self, played: Sequence[Played], before: int) -> None:
@@ -251,61 +215,34 @@ class _Run:
             played: the episodes of a round.
             before: decisions until then.
         """
-        learner = self._settings.learner
+        learner, decisions = self._settings.learner, self._course.decisions
         trajectories = [one for episode in played for one in episode.trajectories]
         for trajectory in trajectories:
             self._model.replay_buffer.extend(trajectory)
         due = learner.decisions_per_update
-        updates = self._decisions // due - before // due
         if self._model.replay_buffer.size() >= learner.batch:
-            self._model.train(updates, learner.batch)
-        log = self._model.logger
-        log.record("rollout/waiting", fmean(one.average_waiting_time or 0.0 for one in played))
-        log.record("rollout/gridlocked", sum(one.gridlocked for one in played))
-        if trajectories:
-            rewards = sum(float(one.rewards.sum()) for one in trajectories)
-            log.record("rollout/reward", rewards / (self._decisions - before))
-            log.record("rollout/go", fmean(float(one.actions.mean()) for one in trajectories))
-        log.record("rollout/exploration", self._exploration())
-        log.dump(self._decisions)
+            self._model.train(decisions // due - before // due, learner.batch)
+        self._course.log(
+            played,
+            reward=sum(float(one.rewards.sum()) for one in trajectories) / (decisions - before),
+            go=fmean(float(one.actions.mean()) for one in trajectories),
+            exploration=self._exploration(),
+        )
 
     # --- validation ------------------------------------------------------------------------
 
     def _validation(self, workers: Workers) -> "list[Future[Played]]":
-        rollouts: list[Rollout] = validation_rollouts(
-            self._settings.validation,
-            self._scenarios,
-            self._settings.layout,
-            self._settings.reward,
-        )
+        settings = self._settings
+        starts = validation_episodes(settings.validation, self._scenarios)
+        rollouts = [Rollout(*start, settings.layout, settings.reward) for start in starts]
         return workers.play(rollouts, Greedy(self._acting))
 
-    def _judge(self, played: Sequence[Played], acting: files.Arrays) -> None:
-        """Score weights by the validation episodes played with them, and keep the best so far."""
-        gridlock = self._settings.validation.gridlock
-        waiting = fmean(
-            gridlock if one.gridlocked else one.average_waiting_time or 0.0 for one in played
-        )
-        jams = sum(one.gridlocked for one in played)
-        score = _Score(waiting, jams, acting, self._round)
-        self._model.logger.record("validation/waiting", waiting)
-        self._model.logger.record("validation/gridlocked", jams)
-        if self._best is None or waiting < self._best.waiting:
-            self._best = score
-        self._notify(
-            f"{self._decisions:,} decisions: validation {waiting:.2f} s, "
-            f"{jams} of {len(played)} episodes gridlocked"
-        )
-        self._folder.note(
-            validated=[
-                *self._folder.manifest.get("validated", []),
-                {"decisions": self._decisions, "waiting": round(waiting, 3), "gridlocked": jams},
-            ]
-        )
+    def _judge(self, playing: "Sequence[Future[Played]]", acting: Arrays) -> None:
+        self._course.judge([result_of(future) for future in playing], acting)
 
     # --- what stays ------------------------------------------------------------------------
 
-    def _snapshot(self) -> files.Arrays:
+    def _snapshot(self) -> Arrays:
         return {
             name: one.detach().numpy().copy()
             for name, one in self._model.q_net.state_dict().items()
@@ -313,82 +250,38 @@ class _Run:
 
     def save(self) -> None:
         """Write a checkpoint from which the run goes on exactly as if it had not stopped."""
-        replay, model = self._model.replay_buffer, self._model
+        replay = self._model.replay_buffer
         held = replay.size()
-        best = self._best
-        content = {
-            "policy": model.policy.state_dict(),
-            "optimizer": model.policy.optimizer.state_dict(),
-            "replay": {name: torch.from_numpy(getattr(replay, name)[:held]) for name in _REPLAYED},
-            "place": (replay.pos, replay.full),
-            "random": json.dumps(replay.random.bit_generator.state),
-            "updates": model._n_updates,
-            "round": self._round,
-            "decisions": self._decisions,
-            "acting": _tensors(self._acting),
-            "best": best and (best.waiting, best.gridlocked, best.round, _tensors(best.arrays)),
-            "validated": json.dumps(self._folder.manifest.get("validated", [])),
-        }
-        with replaced(self._folder.checkpoint) as path:
-            torch.save(content, path)
-        self._folder.note(round=self._round, decisions=self._decisions)
+        self._course.save(
+            replay={name: torch.from_numpy(getattr(replay, name)[:held]) for name in _REPLAYED},
+            place=(replay.pos, replay.full),
+            random=json.dumps(replay.random.bit_generator.state),
+            acting=tensors(self._acting),
+        )
 
     def restore(self) -> None:
         """Continue from the checkpoint."""
-        try:
-            content: dict[str, Any] = torch.load(self._folder.checkpoint, weights_only=True)
-        except (OSError, RuntimeError, pickle.UnpicklingError) as error:
-            raise UsageError(
-                f"{self._folder.checkpoint}: damaged; start anew with another --out"
-            ) from error
-        replay, model = self._model.replay_buffer, self._model
-        model.policy.load_state_dict(content["policy"])
-        model.policy.optimizer.load_state_dict(content["optimizer"])
+        content, replay = self._course.restore(), self._model.replay_buffer
         for name, one in content["replay"].items():
             getattr(replay, name)[: len(one)] = one.numpy()
         replay.pos, replay.full = content["place"]
         replay.random.bit_generator.state = json.loads(content["random"])
-        model._n_updates = content["updates"]
-        self._round, self._decisions = content["round"], content["decisions"]
-        self._acting = _arrays(content["acting"])
-        if content["best"] is not None:
-            waiting, jams, at, arrays = content["best"]
-            self._best = _Score(waiting, jams, _arrays(arrays), at)
-        self._folder.note(validated=json.loads(content["validated"]))
+        self._acting = arrays(content["acting"])
 
     def _finish(self) -> None:
-        assert self._best is not None
-        settings, best, path = self._settings, self._best, self._folder.path / "weights.safetensors"
+        assert self._course.best is not None
+        settings, best = self._settings, self._course.best
         expected = shapes(settings.layout, settings.learner.hidden, settings.learner.atoms)
         assert {name: one.shape for name, one in best.arrays.items()} == expected
-        notes = {
-            "layout": settings.layout,
-            "hidden": settings.learner.hidden,
-            "atoms": settings.learner.atoms,
-            "settings": settings.model_dump(mode="json"),
-            "seed": self._seed,
-            "round": best.round,
-            "validation": {"waiting": best.waiting, "gridlocked": best.gridlocked},
-        }
-        files.save(path, best.arrays, notes)
-        self._folder.note(
-            finished=True, digest=files.digest(best.arrays), validation=round(best.waiting, 3)
+        self._course.finish(
+            layout=settings.layout, hidden=settings.learner.hidden, atoms=settings.learner.atoms
         )
-        self._notify(f"{path}: validation {best.waiting:.2f} s, {best.gridlocked} gridlocked")
 
 
 _REPLAYED = (
     *("observations", "next_observations", "actions", "rewards"),
     *("dones", "discounts", "priorities"),
 )
-
-
-def _tensors(arrays: files.Arrays) -> dict[str, torch.Tensor]:
-    return {name: torch.from_numpy(np.asarray(one)) for name, one in arrays.items()}
-
-
-def _arrays(tensors: dict[str, torch.Tensor]) -> files.Arrays:
-    return {name: one.numpy() for name, one in tensors.items()}
 
 
 def _model(settings: WangSettings, seed: int) -> WangDQN:

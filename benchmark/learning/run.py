@@ -12,20 +12,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
 
 import benchmark
 from benchmark import interrupts
 from benchmark.errors import UsageError
-from benchmark.learning.observation import Layout
-from benchmark.learning.rollout import Rollout
 from benchmark.learning.seeds import FIRST_TRAINING_SEED as FIRST_TRAINING_SEED
 from benchmark.learning.seeds import VALIDATION_SEEDS as VALIDATION_SEEDS
-from benchmark.learning.traffic import Reward
 from benchmark.scenario import Scenario
 from benchmark.validation import explain
+
+if TYPE_CHECKING:
+    import numpy as np
+    from rich import progress
 
 PACKAGES = (
     "eclipse-sumo",
@@ -135,49 +136,65 @@ def _put(document: dict[str, Any], place: str, value: object) -> None:
     document[key] = value
 
 
-def training_rollouts(
-    traffic: TrainingTraffic,
-    scenarios: Sequence[Scenario],
-    random: Any,
-    **others: Any,
-) -> list[Rollout]:
+class Start(NamedTuple):
+    """Which episode is to be played."""
+
+    scenario: Scenario
+    rate: float
+    seed: int
+
+
+def training_episodes(
+    traffic: TrainingTraffic, scenarios: Sequence[Scenario], random: "np.random.Generator"
+) -> Iterator[Start]:
     """A round's episodes: the scenarios by turns, rate, demand and seed drawn for each.
 
     Args:
         traffic: the settings.
         scenarios: as they are; their duration and demand are replaced.
-        random: a numpy generator.
-        others: further fields of each rollout.
+        random: of the round.
     """
-    found = []
     for index in range(traffic.episodes):
         scenario = scenarios[index % len(scenarios)]
         evaluation = scenario.evaluation.model_copy(
             update={"duration": traffic.duration, "warm_up": 0.0}
         )
         scenario = scenario.with_demand(float(random.choice(traffic.demand)))
-        found.append(
-            Rollout(
-                scenario.with_evaluation(evaluation),
-                rate=float(random.choice(traffic.rates)),
-                seed=FIRST_TRAINING_SEED + int(random.integers(traffic.seeds)),
-                gridlock_after=traffic.gridlock_after,
-                **others,
-            )
+        yield Start(
+            scenario.with_evaluation(evaluation),
+            rate=float(random.choice(traffic.rates)),
+            seed=FIRST_TRAINING_SEED + int(random.integers(traffic.seeds)),
         )
-    return found
 
 
-def validation_rollouts(
-    validation: Validation, scenarios: Sequence[Scenario], layout: Layout, reward: Reward
-) -> list[Rollout]:
-    """The episodes of a validation: no exploration, each scenario at full length."""
-    return [
-        Rollout(scenario, rate, seed, layout, reward)
-        for scenario in scenarios
-        for rate in validation.rates
-        for seed in VALIDATION_SEEDS[: validation.seeds]
-    ]
+def validation_episodes(validation: Validation, scenarios: Sequence[Scenario]) -> Iterator[Start]:
+    """The episodes of a validation, each scenario at full length."""
+    for scenario in scenarios:
+        for rate in validation.rates:
+            for seed in VALIDATION_SEEDS[: validation.seeds]:
+                yield Start(scenario, rate, seed)
+
+
+@contextmanager
+def bar(things: str) -> "Iterator[progress.Progress]":
+    """A bar of progress.
+
+    Args:
+        things: what is counted, in the plural.
+    """
+    from rich import progress
+    from rich.console import Console
+
+    columns = (
+        progress.TextColumn("{task.completed:,}/{task.total:,} " + things),
+        progress.BarColumn(),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+        progress.TextColumn("{task.description}"),
+    )
+    with progress.Progress(*columns, console=Console(stderr=True)) as shown:
+        yield shown
 
 
 class Folder:

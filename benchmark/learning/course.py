@@ -1,0 +1,209 @@
+"""How far a training run has come: rounds, decisions, the best weights so far, and its checkpoint.
+
+The same whatever is learnt with a model of Stable-Baselines3; needs the training extras.
+"""
+
+import json
+import pickle
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from statistics import fmean
+from typing import Any, NamedTuple, NoReturn, Protocol
+
+import numpy as np
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.logger import Logger, make_output_format
+
+from benchmark.errors import UsageError
+from benchmark.learning import weights as files
+from benchmark.learning.run import Folder, Options, Validation, bar, replaced
+from benchmark.learning.weights import Arrays
+
+
+class Ended(Protocol):
+    """An episode that was played."""
+
+    @property
+    def average_waiting_time(self) -> float | None:
+        """[s]; None within its warm-up."""
+
+    @property
+    def gridlocked(self) -> bool:
+        """Whether it was given up as nothing moved."""
+
+
+class Score(NamedTuple):
+    """How good weights are on the validation episodes."""
+
+    waiting: float  # s, mean over episodes
+    gridlocked: int
+    round: int
+    arrays: Arrays
+
+
+class Course:
+    """A training run under way.
+
+    Args:
+        model: what learns.
+        folder: of the run.
+        options: of the command.
+        validation: how weights are judged.
+        steps: decisions of vehicles to learn from.
+    """
+
+    def __init__(
+        self,
+        model: BaseAlgorithm,
+        folder: Folder,
+        options: Options,
+        validation: Validation,
+        steps: int,
+    ) -> None:
+        self._model, self._folder, self._validation = model, folder, validation
+        self._seed, self._notify = options.seed, options.notify
+        self.steps = steps
+        self.round = self.decisions = 0
+        self.best: Score | None = None
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there have been decisions enough."""
+        return self.decisions >= self.steps
+
+    @property
+    def validates(self) -> bool:
+        """Whether a validation belongs to the rounds there have been."""
+        return self.round > 0 and self.round % self._validation.rounds == 0
+
+    @contextmanager
+    def shown(self) -> Iterator[Callable[[], None]]:
+        """Logs and a bar, which goes on when what this gives is called.
+
+        Logs of a session that resumes are files beside those of the others.
+        """
+        folder = str(self._folder.path / "logs")
+        suffix = f"-from-{self.round}" if self.round else ""
+        forms = [make_output_format(form, folder, suffix) for form in ("csv", "tensorboard")]
+        with closing(Logger(folder, forms)) as logger, bar("decisions") as shown:
+            self._model.set_logger(logger)
+            task = shown.add_task(self._status(), total=self.steps)
+
+            def move() -> None:
+                done = min(self.steps, self.decisions)
+                shown.update(task, completed=done, description=self._status())
+
+            move()
+            yield move
+
+    def _status(self) -> str:
+        if self.best is None:
+            return "not validated yet"
+        return f"best validation {self.best.waiting:.1f} s"
+
+    def log(self, played: Sequence[Ended], **facts: float) -> None:
+        """Log a round: its episodes, and what else there is to say."""
+        log = self._model.logger
+        log.record("rollout/waiting", fmean(one.average_waiting_time or 0.0 for one in played))
+        log.record("rollout/gridlocked", sum(one.gridlocked for one in played))
+        for name, value in facts.items():
+            log.record(f"rollout/{name}", value)
+        log.dump(self.decisions)
+
+    def judge(self, played: Sequence[Ended], arrays: Arrays) -> None:
+        """Score weights by the validation episodes played with them, and keep the best so far."""
+        waiting = fmean(
+            self._validation.gridlock if one.gridlocked else one.average_waiting_time or 0.0
+            for one in played
+        )
+        jams = sum(one.gridlocked for one in played)
+        self._model.logger.record("validation/waiting", waiting)
+        self._model.logger.record("validation/gridlocked", jams)
+        if self.best is None or waiting < self.best.waiting:
+            self.best = Score(waiting, jams, self.round, arrays)
+        self._notify(
+            f"{self.decisions:,} decisions: validation {waiting:.2f} s, "
+            f"{jams} of {len(played)} episodes gridlocked"
+        )
+        found = {"decisions": self.decisions, "waiting": round(waiting, 3), "gridlocked": jams}
+        self._folder.note(validated=[*self._folder.manifest.get("validated", []), found])
+
+    # --- what stays ------------------------------------------------------------------------
+
+    def save(self, **more: Any) -> None:
+        """Write a checkpoint from which the run goes on exactly as if it had not stopped.
+
+        Args:
+            more: what else the run goes on from; nothing that needs pickle.
+        """
+        best = self.best
+        content = {
+            "policy": self._model.policy.state_dict(),
+            "optimizer": self._model.policy.optimizer.state_dict(),
+            "updates": self._model._n_updates,
+            "round": self.round,
+            "decisions": self.decisions,
+            "best": best and (*best[:-1], tensors(best.arrays)),
+            "validated": json.dumps(self._folder.manifest.get("validated", [])),
+        }
+        with replaced(self._folder.checkpoint) as path:
+            torch.save(content | more, path)
+        self._folder.note(round=self.round, decisions=self.decisions)
+
+    def restore(self) -> Mapping[str, Any]:
+        """Continue from the checkpoint; what it holds.
+
+        Raises:
+            UsageError: it is damaged.
+        """
+        try:
+            content: dict[str, Any] = torch.load(self._folder.checkpoint, weights_only=True)
+        except (OSError, RuntimeError, pickle.UnpicklingError) as error:
+            raise UsageError(
+                f"{self._folder.checkpoint}: damaged; start anew with another --out"
+            ) from error
+        self._model.policy.load_state_dict(content["policy"])
+        self._model.policy.optimizer.load_state_dict(content["optimizer"])
+        self._model._n_updates = content["updates"]
+        self.round, self.decisions = content["round"], content["decisions"]
+        if content["best"] is not None:
+            waiting, jams, at, held = content["best"]
+            self.best = Score(waiting, jams, at, arrays(held))
+        self._folder.note(validated=json.loads(content["validated"]))
+        return content
+
+    def stop(self) -> NoReturn:
+        """End before it is done, as somebody wished."""
+        self._notify(f"stopped; continue with --resume --out {self._folder.path}")
+        raise KeyboardInterrupt
+
+    def finish(self, **notes: Any) -> None:
+        """Write the best weights.
+
+        Args:
+            notes: what a controller needs to know of them.
+        """
+        assert self.best is not None
+        best, path = self.best, self._folder.path / "weights.safetensors"
+        notes |= {
+            "settings": self._folder.manifest["settings"],
+            "seed": self._seed,
+            "round": best.round,
+            "validation": {"waiting": best.waiting, "gridlocked": best.gridlocked},
+        }
+        files.save(path, best.arrays, notes)
+        self._folder.note(
+            finished=True, digest=files.digest(best.arrays), validation=round(best.waiting, 3)
+        )
+        self._notify(f"{path}: validation {best.waiting:.2f} s, {best.gridlocked} gridlocked")
+
+
+def tensors(held: Arrays) -> dict[str, torch.Tensor]:
+    """Arrays as a checkpoint holds them."""
+    return {name: torch.from_numpy(np.asarray(one)) for name, one in held.items()}
+
+
+def arrays(held: Mapping[str, torch.Tensor]) -> Arrays:
+    """The same, back."""
+    return {name: one.numpy() for name, one in held.items()}
