@@ -108,8 +108,11 @@ def _check_target(target: Path, *, force: bool) -> None:
 def verify(
     bundle: Annotated[Path, typer.Argument(help="What `rightofway submit` wrote.")],
     fresh: Annotated[
-        int, typer.Option(min=0, max=100, help="Seeds to draw for a run beside; 0 for none.")
-    ] = 2,
+        int,
+        typer.Option(
+            min=0, max=100, help="Fresh seeds to draw, and as many again where it waits longer."
+        ),
+    ] = 5,
     fresh_seed: Annotated[
         list[int] | None,
         typer.Option(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmark import replay, suite
+from benchmark.errors import UsageError
 from benchmark.record import Record
 from benchmark.submission import archive, checks, fresh, manifest
 from benchmark.submission.checks import Bundle, Check, verdict
@@ -19,7 +20,7 @@ STEPS = ("files", "weights", "records", "training", "replay", "controller", "fre
 class Wishes:
     """What the command line asks of a verification."""
 
-    fresh: int = 2  # seeds to draw
+    fresh: int  # seeds of a draw
     seeds: Sequence[int] = ()  # in place of drawn ones
     run_code: bool = True
     workers: int = 1
@@ -44,6 +45,7 @@ def verify(path: Path, wishes: Wishes) -> Verification:
 
     Raises:
         BundleError: it is none, or not fit to be unpacked.
+        UsageError: a wish makes no sense with it.
     """
     with _unpacked(path) as (folder, names):
         said = manifest.read(folder)
@@ -91,7 +93,9 @@ def _with_controller(bundle: Bundle, wishes: Wishes) -> list[Check]:
     if isinstance(how, str):
         return [Check(name, "not checked", how) for name in STEPS[5:]]
     found = [fresh.again(bundle, how, wishes.workers)]
-    seeds = list(wishes.seeds) or fresh.draw(bundle, wishes.fresh)
-    if not seeds:
+    if used := {one.seed for one in bundle.records}.intersection(wishes.seeds):
+        raise UsageError(f"--fresh-seed {min(used)}: is among the submitted seeds; give others")
+    drawn = [wishes.seeds] if wishes.seeds else fresh.draws(bundle, wishes.fresh)
+    if not drawn:
         return [*found, Check("fresh seeds", "not checked", "none were asked for")]
-    return [*found, fresh.fresh(bundle, how, seeds, wishes.workers)]
+    return [*found, fresh.fresh(bundle, how, drawn, wishes.workers)]

@@ -42,13 +42,13 @@ class Drawn(Entrant):
 class Fitted(Entrant):
     """Is good on the seeds that it was fitted to, and stops everybody on others."""
 
-    trained_on = (Training(scenarios=("smoke/tee",), first=1, last=6),)
+    trained_on = (Training(scenarios=("smoke/tee",), first=1, last=10),)
 
     def supports(self, scenario: Scenario) -> str | None:
         return None
 
     def _goes(self, speed: float) -> bool:
-        return self._seed <= 6
+        return self._seed <= 10
 
 
 class Secretive(Entrant):
