@@ -115,11 +115,12 @@ def show(
     ] = None,
 ) -> None:
     """Draw an intersection: lanes, turns, zones, volumes and the signal program."""
-    from benchmark import catalogue, figures
+    from benchmark import catalogue
+    from benchmark.scenario_drawing import whole
 
     one = catalogue.one(scenario)
     target = output or Path(f"{one.name.replace('/', '-')}.png")
-    figures.draw(one, target)
+    whole.draw(one, target)
     typer.echo(str(target))
 
 

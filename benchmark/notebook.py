@@ -5,11 +5,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmark import figures, leaderboard, tables
+from benchmark import leaderboard, tables
 from benchmark.leaderboard import Row
 from benchmark.playback import Replay as Replay
 from benchmark.record import Record
 from benchmark.scenario import Scenario
+from benchmark.scenario_drawing import whole
 from benchmark.store import Store
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def load_ipython_extension(shell: Any) -> None:
 
 def plan(scenario: Scenario) -> str:
     """A scenario from above, as SVG."""
-    return figures.panels(scenario)["plan"]
+    return whole.panels(scenario)["plan"]
 
 
 def picture(figure: "Figure") -> bytes:

@@ -9,9 +9,9 @@ from conftest import parsed, smoke
 from playwright.sync_api import Page, expect
 from test_leaderboard import record, unlucky
 
-from benchmark import figures
 from benchmark.record import Record
 from benchmark.scenario import Scenario
+from benchmark.scenario_drawing import whole
 from benchmark.site.build import build
 from benchmark.site.contents import Contents
 
@@ -49,7 +49,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     contents = Contents.of(
         [one for scenario in scenarios for one in study(scenario)],
         {scenario.hash: scenario for scenario in scenarios},
-        {scenarios[0].hash: figures.panels(scenarios[0])},
+        {scenarios[0].hash: whole.panels(scenarios[0])},
     )
     build(contents, folder / "site")
     return folder / "site"

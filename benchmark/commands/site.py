@@ -98,9 +98,9 @@ def _drawings(files: "Mapping[str, Scenario]") -> dict[str, dict[str, str]]:
     found = {}
     for scenario_hash, scenario in files.items():
         try:
-            from benchmark import figures
+            from benchmark.scenario_drawing import whole
 
-            found[scenario_hash] = figures.panels(scenario)
+            found[scenario_hash] = whole.panels(scenario)
         except ImportError as error:  # of SUMO's packages, which come in only when it is run
             console.notice(f"no drawings, as they need SUMO: {error}")
             break

@@ -12,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
 
-from benchmark import drawing, figures, network, scenario
+from benchmark import drawing, network, scenario
 from benchmark.errors import UsageError
+from benchmark.scenario_drawing import signal_program, whole
 
 SMOKE = Path(__file__).parents[1] / "scenarios" / "smoke"
 
@@ -36,14 +37,14 @@ def site_of(name: str) -> drawing.Site:
 
 def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
     crossing = scenario.load(SMOKE / "crossing.toml")
-    panels = figures.panels(crossing)
+    panels = whole.panels(crossing)
     words = {
         name: "".join(ElementTree.fromstring(text).itertext()) for name, text in panels.items()
     }
     assert "northbound (N)" in words["plan"]
     assert f"N-C  {crossing.demand[0].northbound.cross:.0f}" in words["counts"]
     assert "northbound" not in words["counts"]
-    assert figures.panels(crossing) == panels
+    assert whole.panels(crossing) == panels
 
 
 @pytest.mark.parametrize("path", sorted(SMOKE.glob("*.toml")), ids=lambda path: path.stem)
@@ -51,7 +52,7 @@ def test_each_smoke_scenario_shows_its_approaches_counts_and_cycle(
     path: Path, tmp_path: Path
 ) -> None:
     loaded = scenario.load(path)
-    figures.draw(loaded, target := tmp_path / "drawing.svg")
+    whole.draw(loaded, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert loaded.title in words
     assert all(any(name in word for word in words) for name in loaded.approaches.names())
@@ -62,7 +63,7 @@ def test_each_smoke_scenario_shows_its_approaches_counts_and_cycle(
 
 
 def test_a_png_is_an_image_with_asphalt_and_every_approach_in_its_colour(tmp_path: Path) -> None:
-    figures.draw(scenario.load(SMOKE / "crossing.toml"), target := tmp_path / "new" / "drawing.PNG")
+    whole.draw(scenario.load(SMOKE / "crossing.toml"), target := tmp_path / "new" / "drawing.PNG")
     image = imread(target, format="png")
     assert image.shape[0] > 1000
     assert image.shape[1] > 1000
@@ -75,14 +76,14 @@ def test_the_same_scenario_gives_the_same_bytes(tmp_path: Path) -> None:
     for suffix in ("svg", "png"):
         targets = [tmp_path / f"{number}.{suffix}" for number in range(2)]
         for target in targets:
-            figures.draw(scenario.load(SMOKE / "tee.toml"), target)
+            whole.draw(scenario.load(SMOKE / "tee.toml"), target)
         assert targets[0].read_bytes() == targets[1].read_bytes()
 
 
 @pytest.mark.parametrize("name", ["drawing.pdf", "drawing"])
 def test_an_unknown_suffix_is_refused_with_the_choices(name: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"use \.png or \.svg") as caught:
-        figures.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / name)
+        whole.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / name)
     assert f'"{Path(name).suffix}"' in str(caught.value)
     assert not list(tmp_path.iterdir())
 
@@ -90,7 +91,7 @@ def test_an_unknown_suffix_is_refused_with_the_choices(name: str, tmp_path: Path
 def test_a_file_that_cannot_be_written_is_an_error_with_its_name(tmp_path: Path) -> None:
     (tmp_path / "taken.svg").mkdir()
     with pytest.raises(UsageError, match=r"taken\.svg: cannot write"):
-        figures.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / "taken.svg")
+        whole.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / "taken.svg")
 
 
 def test_words_of_a_scenario_show_literally(tmp_path: Path) -> None:
@@ -99,7 +100,7 @@ def test_words_of_a_scenario_show_literally(tmp_path: Path) -> None:
         "sources": ["counts: $y^", "map: <b>\n"],
     }
     parsed = scenario.parse(odd, source="odd.toml", name="odd/odd")
-    figures.draw(parsed, target := tmp_path / "drawing.svg")
+    whole.draw(parsed, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert "a $x_1$ <script>alert(1)</script> \\frac{ \u4ea4\u5dee\u70b9 & b" in words
     assert any("counts: $y^; map: <b>" in word for word in words)
@@ -109,7 +110,7 @@ def test_words_of_a_scenario_show_literally(tmp_path: Path) -> None:
 def test_a_scenario_without_signal_says_so(tmp_path: Path) -> None:
     bare = {key: value for key, value in document("crossing").items() if key != "signal"}
     parsed = scenario.parse(bare, source="bare.toml", name="bare/bare")
-    figures.draw(parsed, target := tmp_path / "drawing.svg")
+    whole.draw(parsed, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert any("no signal" in word for word in words)
     assert not any("phase" in word for word in words)
@@ -117,22 +118,22 @@ def test_a_scenario_without_signal_says_so(tmp_path: Path) -> None:
 
 def test_an_actuated_program_says_that_greens_are_the_longest(tmp_path: Path) -> None:
     for name, expected in (("asymmetric", True), ("crossing", False)):
-        figures.draw(scenario.load(SMOKE / f"{name}.toml"), target := tmp_path / f"{name}.svg")
+        whole.draw(scenario.load(SMOKE / f"{name}.toml"), target := tmp_path / f"{name}.svg")
         assert any("longest" in word for word in drawn_words(target)) is expected
 
 
 def test_drawing_leaves_settings_of_matplotlib_alone(tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
-    figures.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / "drawing.svg")
+    whole.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / "drawing.svg")
     assert dict(matplotlib.rcParams) == before
 
 
 def test_a_green_that_goes_on_has_no_yellow_between_phases() -> None:
     signal = scenario.load(SMOKE / "tee.toml").signal
     assert signal is not None
-    through = [light for _, _, light in figures.lights(signal, "W-C")]
+    through = [light for _, _, light in signal_program.lights(signal, "W-C")]
     assert through == ["green", "green", "yellow", "all red"]
-    alone = list(figures.lights(signal, "N-L"))
+    alone = list(signal_program.lights(signal, "N-L"))
     assert alone == [(36.0, 10.0, "green"), (46.0, 3.0, "yellow"), (49.0, 1.0, "all red")]
 
 
