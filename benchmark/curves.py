@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmark import metrics
 from benchmark.evaluation import Sights
-from benchmark.network import Junction
+from benchmark.junction import Junction
 from benchmark.tracking import Log
 from benchmark.trajectories import Curves, Floats, Ints
 

@@ -17,7 +17,8 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 from benchmark import sumo_tools
-from benchmark.network import Network, movement_of
+from benchmark.junction import movement_of
+from benchmark.network import Network
 from benchmark.plain_xml import exit_name
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import LETTERS, Krauss, TurnCounts, VehicleClass

@@ -18,7 +18,8 @@ from matplotlib.colors import to_rgb
 from benchmark import pavement
 from benchmark.geometry import Frame, Points, curve, directions, points, shifted, stretch
 from benchmark.intersection import Intersection, Lane, Movement
-from benchmark.network import Junction, RoadLane, Surroundings
+from benchmark.junction import Junction
+from benchmark.network import RoadLane, Surroundings
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import COMPASS
 from benchmark.webster import count

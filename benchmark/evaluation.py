@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmark import metrics
-from benchmark.network import Junction
+from benchmark.junction import Junction
 from benchmark.record import JunctionMetrics
 from benchmark.rules import Rules
 from benchmark.scenario_tables import Evaluation

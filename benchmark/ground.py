@@ -8,7 +8,8 @@ import numpy as np
 from benchmark import pavement
 from benchmark.geometry import Points, directions, points, ribbon, stretch
 from benchmark.intersection import Intersection
-from benchmark.network import Junction, Network, surroundings
+from benchmark.junction import Junction
+from benchmark.network import Network, surroundings
 from benchmark.scenario import Scenario
 from benchmark.trajectories import (
     Ground,

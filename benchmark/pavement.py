@@ -7,7 +7,8 @@ import numpy as np
 
 from benchmark.geometry import Frame, Points, curve, points, ribbon, shifted, stretch
 from benchmark.intersection import Intersection, Lane
-from benchmark.network import Junction, Surroundings
+from benchmark.junction import Junction
+from benchmark.network import Surroundings
 from benchmark.scenario import Scenario
 
 SHOULDER = 0.3  # m of asphalt beside a lane

@@ -6,7 +6,8 @@ from xml.sax.saxutils import quoteattr
 
 from benchmark import sumo_tools
 from benchmark.errors import ScenarioError
-from benchmark.network import Junction, Network
+from benchmark.junction import Junction
+from benchmark.network import Network
 from benchmark.scenario import Scenario
 from benchmark.scenario_tables import Phase, Signal
 

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 from benchmark import sumo_tools
 from benchmark.errors import NetworkError, UsageError
-from benchmark.network import Junction
+from benchmark.junction import Junction
 from benchmark.state import Body
 
 CHECKED = 31  # SUMO's speedMode: safe speed, acceleration bounds, right of way, red lights

@@ -8,7 +8,7 @@ from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from benchmark.network import Junction
+from benchmark.junction import Junction
 from benchmark.simulation import Reading
 from benchmark.state import STATIONARY, Body, Crossing, Vehicle
 

@@ -12,7 +12,8 @@ from typing import Literal, Self
 from benchmark import demand, metrics, network, signals
 from benchmark.demand import Routes
 from benchmark.evaluation import junction_metrics
-from benchmark.network import Junction, Network, movement_of
+from benchmark.junction import Junction, movement_of
+from benchmark.network import Network
 from benchmark.record import JunctionMetrics, TripMetrics
 from benchmark.recorder import Newcomer, Recorder
 from benchmark.rules import Orders, Rules

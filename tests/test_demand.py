@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from benchmark import demand, network
 from benchmark.demand import Routes, is_robot, turn_shares, unit_draw
-from benchmark.network import movement_of
+from benchmark.junction import movement_of
 from benchmark.scenario import COMPASS
 
 RATES = st.floats(0, 1)

@@ -9,7 +9,7 @@ from conftest import CONFLICT_FREE, PAPER, SHIPPED, network_of, parsed, shipped
 
 from benchmark import network
 from benchmark.errors import NetworkError
-from benchmark.network import Junction, movement_of
+from benchmark.junction import Junction, movement_of
 from benchmark.scenario import LETTERS, Scenario
 
 NORTH = "approaches.northbound"

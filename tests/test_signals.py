@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from benchmark import network, signals, sumo_tools
 from benchmark.errors import ScenarioError
-from benchmark.network import Junction, Network
+from benchmark.junction import Junction
+from benchmark.network import Network
 from benchmark.scenario import Scenario, Signal
 from benchmark.signals import PhaseSwitch
 

@@ -11,7 +11,8 @@ from conftest import network_of, parsed, shipped
 
 from benchmark import demand, network, signals
 from benchmark.errors import NetworkError, UsageError
-from benchmark.network import Junction, Network
+from benchmark.junction import Junction
+from benchmark.network import Network
 from benchmark.scenario import Scenario
 from benchmark.simulation import Simulation
 from benchmark.state import Body

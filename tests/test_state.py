@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmark import metrics
-from benchmark.network import Inside, Junction, ZoneLane
+from benchmark.junction import Inside, Junction, ZoneLane
 from benchmark.simulation import Reading
 from benchmark.state import TrafficState, Vehicle
 from benchmark.tracking import Identity, Log, Tracker

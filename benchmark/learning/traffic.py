@@ -15,8 +15,8 @@ from benchmark import demand
 from benchmark.controller import Command, Go, Stop
 from benchmark.errors import ScenarioError, UsageError
 from benchmark.intersection import Intersection
+from benchmark.junction import movement_of
 from benchmark.learning.observation import Layout, Numbers, Observer
-from benchmark.network import movement_of
 from benchmark.rules import Orders
 from benchmark.scenario import Scenario
 from benchmark.state import STATIONARY, TrafficState, Vehicle
