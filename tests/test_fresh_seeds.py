@@ -1,7 +1,7 @@
 """Fresh seeds: who is honest is not accused by chance, who was fitted to its seeds is found out."""
 
 import random
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import comb
 from pathlib import Path
 from typing import Any
@@ -11,67 +11,43 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import record, unlucky
 
+from benchmark.learning.seeds import FRESH_SEEDS
 from benchmark.record import Record
 from benchmark.submission import fresh, manifest
 from benchmark.submission.checks import Bundle
+from benchmark.submission.comparison import Comparison, chance_of
+
+OLD, NEW = range(1, 21), range(2001, 2011)
+
+# --- the chance ----------------------------------------------------------------------------------
 
 
-def waits(seeds: Iterable[int], first: float, step: float = 1.0) -> dict[int, float]:
-    return {seed: first + step * index for index, seed in enumerate(seeds)}
-
-
-OLD, NEW = range(1, 6), range(101, 104)
+def waits(seeds: Iterable[int], first: float) -> dict[int, float]:
+    return {seed: first + index for index, seed in enumerate(seeds)}
 
 
 def test_fresh_seeds_that_wait_no_longer_prove_nothing() -> None:
-    assert fresh.chance_of([waits(OLD, 10.0) | waits(NEW, 10.0)], NEW) > 0.4
-    assert fresh.chance_of([waits((1, 2, 3), 10.0) | {101: 50.0}], [101]) == pytest.approx(
-        1 / 4, abs=0.02
-    )
+    assert chance_of([waits(OLD, 10.0) | waits(NEW, 10.0)], NEW) > 0.4
+    same = dict.fromkeys((*OLD, *NEW), 7.0)
+    assert chance_of([same], NEW) == 1.0
 
 
-def test_fresh_seeds_that_wait_longer_prove_something() -> None:
+def test_the_chance_of_the_worst_order_is_one_in_as_many_as_there_are() -> None:
+    old, new = range(1, 6), range(101, 104)
+    cell = waits(old, 10.0) | waits(new, 90.0)
+    assert chance_of([cell], new) == pytest.approx(1 / comb(8, 3), abs=0.004)
+
+
+def test_many_cells_of_the_same_traffic_prove_no_more_than_one() -> None:
+    old, new = range(1, 6), range(101, 104)
+    cell = waits(old, 10.0) | waits(new, 90.0)
+    assert chance_of([cell] * 20, new) == chance_of([cell], new)
+
+
+def test_a_cell_may_lack_seeds() -> None:
     cell = waits(OLD, 10.0) | waits(NEW, 90.0)
-    assert fresh.chance_of([cell], NEW) == pytest.approx(1 / comb(8, 3), abs=0.004)
-
-
-def test_many_cells_of_the_same_seeds_prove_no_more_than_one() -> None:
-    cell = waits(OLD, 10.0) | waits(NEW, 90.0)
-    assert fresh.chance_of([cell] * 20, NEW) == fresh.chance_of([cell], NEW)
-
-
-def honest(seeds: Iterable[int], chance: random.Random, light: float) -> list[Record]:
-    """Records of two cells in which traffic is heavy or light, of submitted seeds a little so."""
-    traffic = {seed: light * chance.lognormvariate(0, 0.5) for seed in seeds}
-    return [
-        record("a", seed, wait * chance.lognormvariate(0, 0.1), rate=rate)
-        for seed, wait in traffic.items()
-        for rate in (0.4, 0.8)
-    ]
-
-
-def test_who_is_honest_is_seldom_accused() -> None:
-    chance = random.Random(1)
-    found = [
-        fresh.compared(honest(range(1, 21), chance, 1.0), honest(range(31, 36), chance, 1.0))
-        for _ in range(200)
-    ]
-    assert sum(one.is_worse for one in found) == 0  # 0.2 are expected
-    assert all(one.can_tell for one in found)
-
-
-def test_who_waits_much_longer_on_other_seeds_is_found_out() -> None:
-    chance = random.Random(1)
-    found = fresh.compared(honest(range(1, 21), chance, 1.0), honest(range(31, 36), chance, 8.0))
-    assert found.is_worse
-    assert found.seeds == [31, 32, 33, 34, 35]
-
-
-def test_few_seeds_cannot_tell() -> None:
-    chance = random.Random(1)
-    for submitted, can_tell in ((8, False), (9, True)):
-        old = honest(range(1, 1 + submitted), chance, 1.0)
-        assert fresh.compared(old, honest(range(31, 36), chance, 9.0)).can_tell is can_tell
+    part = {seed: wait for seed, wait in cell.items() if seed % 2}
+    assert chance_of([part, cell], NEW) < 0.001
 
 
 @given(
@@ -87,56 +63,173 @@ def test_few_seeds_cannot_tell() -> None:
 def test_a_chance_is_a_chance_whatever_the_unit(
     cells: list[tuple[list[float], list[float]]],
 ) -> None:
-    held = [dict(enumerate([*old, *new])) for old, new in cells]
-    others = sorted({len(old) for old, _ in cells})[-1:]
-    found = fresh.chance_of(held, others)
+    held = [
+        dict(enumerate(old)) | {100 + seed: wait for seed, wait in enumerate(new)}
+        for old, new in cells
+    ]
+    new = [seed for seed in held[0] if seed >= 100]
+    found = chance_of(held, new)
     assert 0 < found <= 1
-    assert fresh.chance_of([{s: 4 * w for s, w in cell.items()} for cell in held], others) == found
+    assert chance_of([{s: 4 * w for s, w in cell.items()} for cell in held], new) == found
+
+
+# --- what speaks against a controller ------------------------------------------------------------
+
+RATES = (0.4, 0.8, 1.0)
+
+
+def traffic(
+    seeds: Iterable[int], chance: random.Random, worse: Mapping[float, float] = {}
+) -> list[Record]:
+    """Records of cells in which the same traffic is heavy or light."""
+    heavy = {seed: 10 * chance.lognormvariate(0, 0.5) for seed in seeds}
+    return [
+        record("a", seed, wait * worse.get(rate, 1.0) * chance.lognormvariate(0, 0.1), rate=rate)
+        for seed, wait in heavy.items()
+        for rate in RATES
+    ]
+
+
+def against(
+    worse: Mapping[float, float], old: Sequence[int] = OLD, new: Sequence[int] = NEW
+) -> Comparison:
+    chance = random.Random(1)
+    return Comparison(traffic(old, chance), traffic(new, chance, worse))
+
+
+def test_who_is_honest_is_seldom_accused() -> None:
+    chance = random.Random(1)
+    found = [Comparison(traffic(OLD, chance), traffic(NEW, chance)) for _ in range(100)]
+    assert not any(one.speaks_against for one in found)  # 0.1 are expected
+    assert sum(one.chance < 0.1 for one in found) <= 20  # 10 are expected
+    assert all(one.can_tell for one in found)
+
+
+def test_who_waits_much_longer_on_other_seeds_is_found_out() -> None:
+    found = against(dict.fromkeys(RATES, 5.0))
+    assert found.speaks_against
+    assert found.seeds == [*NEW]
+
+
+def test_who_was_fitted_to_one_cell_is_found_out_there() -> None:
+    found = against({0.8: 8.0})
+    assert found.speaks_against
+    assert "at test/a rate 0.8 waits" in found.words
+
+
+def test_a_jam_that_both_have_hides_nothing() -> None:
+    jam = [record("a", seed, 500.0 + seed, rate=0.1) for seed in (*OLD, *NEW)]
+    found = against({0.8: 8.0})
+    old, new = (
+        [*some, *(one for one in jam if one.seed in seeds)]
+        for some, seeds in ((found.submitted, OLD), (found.made, NEW))
+    )
+    assert Comparison(old, new).speaks_against
+
+
+def test_a_difference_that_is_sure_but_small_is_no_matter() -> None:
+    old = [record("a", seed, 10.0 + seed / 1000, rate=0.4) for seed in OLD]
+    new = [record("a", seed, 10.5 + seed / 10_000, rate=0.4) for seed in NEW]
+    found = Comparison(old, new)
+    assert found.chance < 0.001
+    assert not found.speaks_against
+
+
+def test_each_junction_is_a_cell_of_its_own() -> None:
+    def two(seed: int, wait: float) -> Record:
+        one = record("a", seed, 10.0, rate=0.4)
+        (junction,) = one.junctions.values()
+        other = junction.model_copy(update={"average_waiting_time": wait})
+        return one.model_copy(update={"junctions": {"first": junction, "second": other}})
+
+    found = Comparison([two(s, 5.0 + s / 100) for s in OLD], [two(s, s / 10) for s in NEW])
+    assert {junction for _, _, junction in found.cells} == {"first", "second"}
+    assert found.speaks_against
+
+
+def test_few_seeds_cannot_tell() -> None:
+    for submitted, can_tell in ((4, False), (5, True)):
+        assert against({}, range(1, 1 + submitted)).can_tell is can_tell
+
+
+def test_episodes_that_end_badly_speak_against_it_where_they_are_more_than_before() -> None:
+    def some(seeds: Sequence[int], bad: int) -> list[Record]:
+        good = traffic(seeds[bad:], random.Random(1))
+        return [*good, *(unlucky("a", seed=seed, rate=0.4) for seed in seeds[:bad])]
+
+    assert not Comparison(some(OLD, 0), some(NEW, 1)).speaks_against
+    assert Comparison(some(OLD, 0), some(NEW, 9)).speaks_against
+    assert not Comparison(some(OLD, 18), some(NEW, 9)).fails_more_often
+    assert "1 of 28 episodes do not end well, such as test/a rate 0.4 seed 2001: failed" in (
+        Comparison(some(OLD, 0), some(NEW, 1)).words
+    )
+
+
+def test_nothing_to_compare_speaks_against_nobody() -> None:
+    found = Comparison(
+        [unlucky("a", seed=1, rate=0.4)], [unlucky("a", seed=seed, rate=0.4) for seed in NEW]
+    )
+    assert not found.speaks_against
+    assert "10 of 10 episodes do not end well" in found.words
 
 
 # --- draw by draw --------------------------------------------------------------------------------
 
 
-def checked(made: Sequence[list[Record]], monkeypatch: pytest.MonkeyPatch) -> tuple[str, str, int]:
-    """Verdict, words, and how many draws were run, if these are what they give."""
-    runs: list[Sequence[int]] = []
+@pytest.fixture
+def check(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[str, str, int]]:
+    """Verdict, words, and how many draws were run, if these records are what they give."""
 
-    def run(bundle: Bundle, how: Any, seeds: Sequence[int], workers: int) -> list[Record]:
-        runs.append(seeds)
-        return made[len(runs) - 1]
+    def checked(*made: list[Record], submitted: Sequence[int] = OLD) -> tuple[str, str, int]:
+        runs: list[Sequence[int]] = []
 
-    monkeypatch.setattr(fresh, "_made", run)
-    old = [record("a", seed, 10.0 + seed, rate=0.4) for seed in range(1, 21)]
-    bundle = Bundle(Path(), manifest.Manifest.model_construct(), old, {})
-    drawn = [[*{one.seed for one in some}] for some in made]
-    found = fresh.fresh(bundle, fresh.Runner("a"), drawn, 1)
-    return found.verdict, found.words, len(runs)
+        def run(bundle: Bundle, how: Any, seeds: Sequence[int], workers: int) -> list[Record]:
+            runs.append(seeds)
+            return made[len(runs) - 1]
+
+        monkeypatch.setattr(fresh, "_made", run)
+        old = [record("a", seed, 10.0 + seed / 100, rate=0.4) for seed in submitted]
+        bundle = Bundle(Path(), manifest.Manifest.model_construct(), old, {})
+        drawn = [sorted({one.seed for one in some}) for some in made]
+        found = fresh.fresh(bundle, fresh.Runner("a"), drawn, 1)
+        return found.verdict, found.words, len(runs)
+
+    return checked
 
 
-def at(first: int, wait: float) -> list[Record]:
-    return [record("a", seed, wait + seed / 100, rate=0.4) for seed in range(first, first + 5)]
+def draw(first: int, wait: float) -> list[Record]:
+    return [record("a", seed, wait + seed % 10, rate=0.4) for seed in range(first, first + 10)]
 
 
-def test_a_draw_that_may_be_chance_is_followed_by_another(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert checked([at(31, 20.0), at(41, 90.0)], monkeypatch)[::2] == ("ok", 1)
-    verdict, words, runs = checked([at(31, 90.0), at(41, 20.0)], monkeypatch)
+def test_a_draw_that_may_be_chance_is_followed_by_another(
+    check: Callable[..., tuple[str, str, int]],
+) -> None:
+    assert check(draw(2000, 5.0), draw(2010, 90.0))[::2] == ("ok", 1)
+    verdict, words, runs = check(draw(2000, 90.0), draw(2010, 5.0))
     assert (verdict, runs) == ("ok", 2)
-    assert "p = 0.000), and seeds 41, 42, 43, 44, 45: waits 20.4 s" in words
-    verdict, words, runs = checked([at(31, 90.0), at(41, 90.0)], monkeypatch)
+    assert "(p = 0.0001), and on seeds 2010, 2011" in words
+    verdict, words, runs = check(draw(2000, 90.0), draw(2010, 90.0))
     assert (verdict, runs) == ("failed", 2)
-    assert words.startswith("waits longer on seeds 31, 32, 33, 34, 35: waits 90.3 s")
+    assert words.startswith("does worse on seeds 2000, 2001, 2002")
+    assert words.endswith("fitted to its own?")
 
 
-def test_an_episode_that_does_not_end_well_fails_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    bad = [*at(31, 1.0), unlucky("a", rate=0.4)]
-    verdict, words, runs = checked([bad, at(41, 1.0)], monkeypatch)
-    assert (verdict, runs) == ("failed", 1)
-    assert "1 of 6 episodes did not end well" in words
+def test_what_cannot_tell_is_noted(check: Callable[..., tuple[str, str, int]]) -> None:
+    verdict, words, _ = check(draw(2000, 90.0), submitted=(1, 2))
+    assert verdict == "noted"
+    assert words.endswith("too few seeds to tell")
+    bad = [*draw(2000, 5.0), unlucky("a", seed=2011, rate=0.4)]
+    verdict, words, _ = check(bad)
+    assert verdict == "noted"
+    assert "1 of 11 episodes do not end well" in words
 
 
-def test_draws_have_no_seed_in_common_and_none_that_was_submitted() -> None:
-    old = [record("a", seed, 1.0, rate=0.4) for seed in range(1, 21)]
-    bundle = Bundle(Path(), manifest.Manifest.model_construct(), old, {})
-    one, other = fresh.draws(bundle, 5)
-    assert len({*one, *other, *range(1, 21)}) == 30
-    assert fresh.draws(bundle, 0) == []
+def test_draws_are_of_seeds_that_nobody_could_foresee() -> None:
+    one, other = fresh.draws(10)
+    assert len({*one, *other}) == 20
+    assert {*one, *other} <= {*FRESH_SEEDS}
+    assert fresh.draws(10) != [one, other]
+    assert fresh.draws(0) == []
+    besides = [*FRESH_SEEDS][:-4]
+    one, other = fresh.draws(2, besides)
+    assert sorted((*one, *other)) == [*FRESH_SEEDS][-4:]

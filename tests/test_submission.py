@@ -140,8 +140,8 @@ def test_other_code_under_the_same_name_does_not_count_and_the_bundles_own_may_r
     wanted = ("--fresh-seed", "7", "--fresh-seed", "9")
     done = called(tmp_path, "verify", bundle, *wanted, installed=other)
     assert (done.returncode, verdicts(done)) == (0, FEW), done.stdout + done.stderr
-    assert "seeds 7, 9: waits" in done.stdout
-    assert "ends well; too few seeds to tell more" in done.stdout
+    assert "seeds 7, 9; at smoke/tee rate 0.6 waits" in done.stdout
+    assert "too few seeds to tell" in done.stdout
 
 
 # --- bad ones ------------------------------------------------------------------------------------
@@ -297,14 +297,17 @@ def test_a_controller_that_does_otherwise_here_is_not_accepted(
 def test_a_controller_that_was_fitted_to_its_seeds_is_found_out(
     entrant: Path, tmp_path: Path
 ) -> None:
-    chosen = ("--scenario", "smoke/tee", "--rate", "1", "--seeds", "10", "-o", "b.zip")
+    chosen = ("--scenario", "smoke/tee", "--rate", "1", "--rate", "0.8", "--seeds", "10")
+    chosen += ("-o", "b.zip")
     assert called(tmp_path, "submit", "fitted", *chosen, installed=entrant).returncode == 0
-    seeds = [word for seed in range(11, 16) for word in ("--fresh-seed", str(seed))]
-    done = called(tmp_path, "verify", "b.zip", *seeds, installed=entrant)
+    seeds = [word for seed in range(11, 17) for word in ("--fresh-seed", str(seed))]
+    done = called(tmp_path, "verify", "b.zip", *seeds, "--fresh", "6", installed=entrant)
     assert done.returncode == 1
     found_out = {"training": "noted", "fresh seeds": "failed"}
     assert verdicts(done) == ALL_OK | found_out, done.stdout
-    assert "waits longer on seeds 11, 12, 13, 14, 15" in done.stdout
+    said = " ".join(done.stdout.split())
+    assert "does worse on seeds 11, 12, 13, 14, 15, 16; at smoke/tee rate" in said
+    assert ", and on seeds" in said  # drawn ones, which confirm it
     assert "among them are 10 seeds of this evaluation: the row will be flagged" in done.stdout
 
 

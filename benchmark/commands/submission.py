@@ -110,13 +110,13 @@ def verify(
     fresh: Annotated[
         int,
         typer.Option(
-            min=0, max=100, help="Fresh seeds to draw, and as many again where it waits longer."
+            min=0, max=100, help="Seeds to draw, and as many again where it does worse there."
         ),
-    ] = 5,
+    ] = 10,
     fresh_seed: Annotated[
         list[int] | None,
         typer.Option(
-            "--fresh-seed", min=0, max=LARGEST_SEED, help="Repeatable; in place of drawn."
+            "--fresh-seed", min=0, max=LARGEST_SEED, help="Repeatable; these in the first draw."
         ),
     ] = None,
     run_code: Annotated[

@@ -9,6 +9,8 @@ FIRST_TRAINING_SEED = 10_000
 """Traffic seeds: 1 to 1000 are for evaluation, 1001 to 1999 for validation, from here training."""
 
 VALIDATION_SEEDS = range(1001, 2000)
+FRESH_SEEDS = range(VALIDATION_SEEDS.stop, FIRST_TRAINING_SEED)
+"""For nothing of these, so that whoever verifies a submission may draw from them."""
 
 
 def declared(notes: Mapping[str, Any]) -> tuple[Training, ...] | None:

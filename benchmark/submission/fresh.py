@@ -3,26 +3,20 @@
 import contextlib
 import random
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import comb
 from pathlib import Path
-from statistics import fmean
-
-import numpy as np
 
 from benchmark import naming, plugins, replay, suite
 from benchmark.episode import Episode, run, run_with
 from benchmark.errors import RightOfWayError
 from benchmark.isolation.remote import Remote
+from benchmark.learning.seeds import FRESH_SEEDS
 from benchmark.record import Record
 from benchmark.submission import code
-from benchmark.submission.checks import LAST_SEED, Bundle, Check, verdict
+from benchmark.submission.checks import Bundle, Check, verdict
+from benchmark.submission.comparison import Comparison
 from benchmark.submission.manifest import Manifest
-
-WORSE_RATIO = 1.1  # of waiting on fresh seeds to waiting on the submitted ones
-WORSE_CHANCE = 0.001  # of a difference as large, were fresh seeds no different
-PERMUTATIONS = 9999
 
 
 @dataclass(frozen=True)
@@ -95,11 +89,15 @@ def _installed(folder: Path, said: Manifest) -> Path:
     return here
 
 
-def draws(bundle: Bundle, count: int) -> list[list[int]]:
-    """Two draws of seeds of evaluation that are in no record of a bundle, anew each time."""
-    used = {one.seed for one in bundle.records}
-    free = [seed for seed in range(1, LAST_SEED + 1) if seed not in used]
-    drawn = random.SystemRandom().sample(free, min(2 * count, len(free)))
+def draws(count: int, besides: Sequence[int] = ()) -> list[list[int]]:
+    """Two draws of seeds that nobody evaluates, validates or trains on, anew each time.
+
+    Args:
+        count: seeds of a draw.
+        besides: seeds not to be drawn.
+    """
+    free = [seed for seed in FRESH_SEEDS if seed not in besides]
+    drawn = random.SystemRandom().sample(free, 2 * count)
     return [sorted(some) for some in (drawn[:count], drawn[count:]) if some]
 
 
@@ -124,32 +122,27 @@ def again(bundle: Bundle, how: Runner, workers: int) -> Check:
 
 
 def fresh(bundle: Bundle, how: Runner, drawn: Sequence[Sequence[int]], workers: int) -> Check:
-    """Run the controller on other seeds, and see whether it waits longer there.
+    """Run the controller on other seeds, and see whether it does worse there.
 
     Args:
         bundle: the submission.
         how: to run its controller.
-        drawn: seeds, draw by draw. Seeds that were submitted may happen to be light ones, so the
-            controller is objected to only if it waits longer in each draw; the next is run only
-            where the one before speaks against it.
+        drawn: seeds, draw by draw. A draw may happen to be of heavy seeds, so the controller is
+            objected to only if each speaks against it; the next is run only where the one before
+            does.
         workers: processes.
     """
     found: list[Comparison] = []
     for seeds in drawn:
-        made = _made(bundle, how, seeds, workers)
-        if bad := [one for one in made if one.status != "ok"]:
-            one = bad[0]
-            problem = f"{len(bad)} of {len(made)} episodes did not end well, such as {one.scenario}"
-            problem += f" rate {one.rate} seed {one.seed}: {one.status}: {one.reason}"
-            return verdict("fresh seeds", [problem], "")
-        found.append(compared(bundle.good, made))
-        if not found[-1].is_worse:
+        found.append(Comparison(bundle.records, _made(bundle, how, seeds, workers)))
+        if not found[-1].speaks_against:
             break
-    words = ", and ".join(one.words for one in found)
-    if found[-1].is_worse:
-        return verdict("fresh seeds", [f"waits longer on {words}: fitted to its own?"], "")
-    if not found[-1].can_tell:
-        return Check("fresh seeds", "noted", f"{words}: ends well; too few seeds to tell more")
+    words, last = ", and on ".join(one.words for one in found), found[-1]
+    if last.speaks_against:
+        return verdict("fresh seeds", [f"does worse on {words}: fitted to its own?"], "")
+    if last.bad or not last.can_tell:
+        few = "" if last.can_tell else "; too few seeds to tell"
+        return Check("fresh seeds", "noted", words + few)
     return verdict("fresh seeds", [], words)
 
 
@@ -163,73 +156,3 @@ def _made(bundle: Bundle, how: Runner, seeds: Sequence[int], workers: int) -> li
     ]
     suite.prepare(episodes)
     return list(suite.run_all(episodes, workers, work=how))
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """How long a controller waits on fresh seeds, beside those that were submitted."""
-
-    seeds: Sequence[int]  # the fresh ones
-    before: float  # s, on the submitted ones
-    after: float  # s
-    chance: float  # that fresh seeds as good as the submitted ones would wait as much longer
-    can_tell: bool  # whether there are seeds enough for a chance that small
-
-    @property
-    def is_worse(self) -> bool:
-        """Whether it waits longer than chance would have it."""
-        return self.after > WORSE_RATIO * self.before and self.chance < WORSE_CHANCE
-
-    @property
-    def words(self) -> str:
-        """All of it, for the report."""
-        return (
-            f"seeds {', '.join(map(str, self.seeds))}: waits {self.after:.1f} s, on the submitted "
-            f"ones {self.before:.1f} s (p = {self.chance:.3f})"
-        )
-
-
-def compared(submitted: Sequence[Record], made: Sequence[Record]) -> Comparison:
-    """Compare records of the same cells on submitted and on fresh seeds."""
-    cells: dict[tuple[str, float | None], dict[int, float]] = {}
-    for one in (*submitted, *made):
-        cells.setdefault((one.scenario, one.rate), {})[one.seed] = _wait(one)
-    new = sorted({one.seed for one in made})
-    old = {one.seed for one in submitted}
-    before, after = (
-        fmean(
-            fmean(wait for seed, wait in cell.items() if seed in seeds) for cell in cells.values()
-        )
-        for seeds in (old, new)
-    )
-    enough = 2 / comb(len(old) + len(new), len(new)) < WORSE_CHANCE
-    return Comparison(new, before, after, chance_of([*cells.values()], new), enough)
-
-
-def _wait(record: Record) -> float:
-    """The average waiting time, over its junctions [s]."""
-    return fmean(one.average_waiting_time or 0.0 for one in record.junctions.values())
-
-
-def chance_of(cells: Sequence[Mapping[int, float]], new: Sequence[int]) -> float:
-    """How often fresh seeds would wait as much longer by chance (one-sided, p).
-
-    A permutation test on ranks within cells: it is drawn anew which seeds count as fresh, in all
-    cells alike, as the traffic of a seed may be light or heavy in several. The draws are fixed, so
-    equal figures give an equal answer.
-
-    Args:
-        cells: for each cell the waiting times by seed [s].
-        new: the seeds that are fresh, at least one; the others were submitted.
-    """
-    ranks: dict[int, list[float]] = {}
-    for cell in cells:
-        waits = np.array([*cell.values()])
-        for seed, wait in cell.items():
-            ranks.setdefault(seed, []).append(float(np.mean(waits < wait) + np.mean(waits <= wait)))
-    order = sorted(ranks, key=lambda seed: (seed not in new, seed))
-    means = np.array([fmean(ranks[seed]) for seed in order])
-    draws = np.random.default_rng(0).random((PERMUTATIONS, len(order)))
-    drawn = means[draws.argsort(axis=1)[:, : len(new)]].sum(axis=1)
-    seen = means[: len(new)].sum()
-    return float((1 + np.count_nonzero(drawn >= seen - 1e-9)) / (1 + PERMUTATIONS))
