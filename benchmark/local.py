@@ -1,6 +1,5 @@
 """Many episodes side by side, in worker processes of this machine."""
 
-import os
 import tempfile
 import threading
 from collections import deque
@@ -96,8 +95,3 @@ class LocalPool:
             return self._waiting.popleft()
         except IndexError:
             return None
-
-
-def cores() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,6 +1,5 @@
 """Means over seeds with bootstrap intervals, and differences paired by seed."""
 
-import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -8,6 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from benchmark.workers import cores
 
 Values = NDArray[np.float64]
 
@@ -77,7 +78,7 @@ def _side_by_side(samples: Values, times: Values) -> Values:
     from threadpoolctl import threadpool_limits
 
     # matrices and sorting leave Python's lock alone; threads within threads take thrice as long
-    with threadpool_limits(1), ThreadPoolExecutor(os.cpu_count()) as threads:
+    with threadpool_limits(1), ThreadPoolExecutor(cores()) as threads:
         return np.concatenate([*threads.map(lambda part: _bounds(part, times), parts)])
 
 

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from pebble import ProcessPool
 
 
+def cores() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def pool(count: int, initializer: Callable[..., None] | None = None, *given: Any) -> "ProcessPool":
     """Started worker processes that end when this process ends.
 

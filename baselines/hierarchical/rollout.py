@@ -15,14 +15,13 @@ from baselines.hierarchical.policy import Network, Observer
 from baselines.hierarchical.reward import Earnings, Reward
 from baselines.hierarchical.tuned import HierarchicalTuned
 from benchmark.learning.observation import Numbers
-from benchmark.learning.traffic import Traffic
+from benchmark.learning.traffic import GRIDLOCK_AFTER, Traffic
 from benchmark.scenario import Scenario
 from benchmark.state import TrafficState, Vehicle
 
 KINDS: Mapping[str, type[Hierarchy]] = {
     kind.NAME: kind for kind in (Hierarchical, HierarchicalTuned)
 }
-GRIDLOCK = 90.0  # s in which nothing moves
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class Rollout:
     seed: int  # of the traffic and of exploration
     arrays: Mapping[str, Numbers]  # of the policy, with "spread" where it explores
     reward: Reward = field(default_factory=Reward)
-    gridlock_after: float = GRIDLOCK  # s
+    gridlock_after: float = GRIDLOCK_AFTER  # s
 
 
 @dataclass(frozen=True)

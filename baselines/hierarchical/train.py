@@ -17,7 +17,7 @@ from stable_baselines3 import PPO
 
 from baselines.hierarchical import ppo
 from baselines.hierarchical.reward import Reward
-from baselines.hierarchical.rollout import GRIDLOCK, KINDS, Played, Rollout, play
+from baselines.hierarchical.rollout import KINDS, Played, Rollout, play
 from benchmark import catalogue
 from benchmark.errors import UsageError
 from benchmark.learning.course import Course
@@ -33,6 +33,7 @@ from benchmark.learning.run import (
     training_episodes,
     validation_episodes,
 )
+from benchmark.learning.traffic import GRIDLOCK_AFTER
 from benchmark.scenario import Scenario
 from benchmark.workers import result_of, working
 
@@ -128,15 +129,13 @@ class _Run:
         with course.shown() as show:
             while not (course.is_done or interrupts.wanted):
                 self._learn(self._play(workers))
-                if course.validates:
+                if course.validates or course.is_done:
                     self._validate(workers)
                     course.save()
                 show()
             course.save()
         if not course.is_done:
             course.stop()
-        if not course.validates:
-            self._validate(workers)
         course.finish(hidden=self._settings.learner.hidden)
 
     def _play(self, workers: "ProcessPool") -> list[Played]:
@@ -176,7 +175,7 @@ class _Run:
         self.course.judge(played, policy)
 
     def _rollout(
-        self, start: Start, policy: ppo.Arrays, gridlock_after: float = GRIDLOCK
+        self, start: Start, policy: ppo.Arrays, gridlock_after: float = GRIDLOCK_AFTER
     ) -> Rollout:
         return Rollout(self._name, *start, policy, self._settings.reward, gridlock_after)
 

@@ -159,10 +159,12 @@ class _Run:
                 if course.validates:
                     self.save()
             self.save()
+            if turn is None:
+                self._acting = self._snapshot()
+                self._judge(self._validation(workers), self._acting)
+                show()
         if turn is not None:
             course.stop()
-        self._acting = self._snapshot()
-        self._judge(self._validation(workers), self._acting)
         self._finish()
 
     def _take(self, turn: _Turn, workers: Workers) -> _Turn | None:

@@ -49,7 +49,8 @@ def update(
     """Run a suite and make its records the reference; the old one stays until all is done."""
     from benchmark import outcome, reference
     from benchmark import suite as runner
-    from benchmark.local import LocalPool, cores
+    from benchmark.local import LocalPool
+    from benchmark.workers import cores
 
     declared = suites.find(suite)
     chosen = suites.episodes_of(declared)

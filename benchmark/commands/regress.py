@@ -173,8 +173,9 @@ def _run_again(
 ) -> "tuple[list[Record], dict[tuple[str, str], str]]":
     """The new records, and why some scenarios have none."""
     from benchmark import rerun, suite
-    from benchmark.local import LocalPool, cores
+    from benchmark.local import LocalPool
     from benchmark.store import Store
+    from benchmark.workers import cores
 
     planned = rerun.plan(wanted, given)
     store = None if out is None else Store(out, notice=console.notice)

@@ -127,7 +127,7 @@ def _scored(
 ) -> "tuple[bool, Replay | None]":
     """Whether all logs come out as they were, and what is to be shown of them."""
     from benchmark import action_log, replay, suite
-    from benchmark.local import cores
+    from benchmark.workers import cores
 
     logs = {path: action_log.read(_log(path)) for path in dict.fromkeys(paths)}
     for log in logs.values():

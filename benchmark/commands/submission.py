@@ -59,9 +59,10 @@ def submit(
 ) -> None:
     """Run a controller and bundle records, action logs and code for others to verify."""
     from benchmark import action_log, replay
-    from benchmark.local import LocalPool, cores
+    from benchmark.local import LocalPool
     from benchmark.store import Store
     from benchmark.submission import making
+    from benchmark.workers import cores
 
     if scenario and suite:
         raise UsageError("--scenario and --suite exclude each other; give one of them")
@@ -131,9 +132,9 @@ def verify(
 
     Exit code 0: accepted; 1: not accepted, and why; 2: it is no bundle.
     """
-    from benchmark.local import cores
     from benchmark.store import Store
     from benchmark.submission import verifying
+    from benchmark.workers import cores
 
     store = Store(out, notice=console.notice) if out else None
     wishes = verifying.Wishes(fresh, fresh_seed or (), run_code, workers or cores())

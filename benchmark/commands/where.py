@@ -46,7 +46,8 @@ def executor(
             logs or replays, which its workers would write where nobody looks.
         ClusterError: the file holds no address.
     """
-    from benchmark.local import LocalPool, cores
+    from benchmark.local import LocalPool
+    from benchmark.workers import cores
 
     ways = {"--scheduler": scheduler, "--scheduler-file": scheduler_file, "--cluster": cluster}
     named = [way for way, value in ways.items() if value is not None]

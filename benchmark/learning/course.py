@@ -79,7 +79,7 @@ class Course:
 
     @contextmanager
     def shown(self) -> Iterator[Callable[[], None]]:
-        """Logs and a bar, which goes on when what this gives is called.
+        """Logs and a bar. What this gives is to be called at the end of each round.
 
         Logs of a session that resumes are files beside those of the others.
         """
@@ -88,13 +88,15 @@ class Course:
         forms = [make_output_format(form, folder, suffix) for form in ("csv", "tensorboard")]
         with closing(Logger(folder, forms)) as logger, bar("decisions") as shown:
             self._model.set_logger(logger)
-            task = shown.add_task(self._status(), total=self.steps)
+            task = shown.add_task(
+                self._status(), completed=min(self.steps, self.decisions), total=self.steps
+            )
 
             def move() -> None:
                 done = min(self.steps, self.decisions)
                 shown.update(task, completed=done, description=self._status())
+                logger.dump(self.decisions)
 
-            move()
             yield move
 
     def _status(self) -> str:
@@ -103,13 +105,12 @@ class Course:
         return f"best validation {self.best.waiting:.1f} s"
 
     def log(self, played: Sequence[Ended], **facts: float) -> None:
-        """Log a round: its episodes, and what else there is to say."""
+        """Note a round for the logs: its episodes, and what else there is to say."""
         log = self._model.logger
         log.record("rollout/waiting", fmean(one.average_waiting_time or 0.0 for one in played))
         log.record("rollout/gridlocked", sum(one.gridlocked for one in played))
         for name, value in facts.items():
             log.record(f"rollout/{name}", value)
-        log.dump(self.decisions)
 
     def judge(self, played: Sequence[Ended], arrays: Arrays) -> None:
         """Score weights by the validation episodes played with them, and keep the best so far."""
@@ -159,7 +160,7 @@ class Course:
         """
         try:
             content: dict[str, Any] = torch.load(self._folder.checkpoint, weights_only=True)
-        except (OSError, RuntimeError, pickle.UnpicklingError) as error:
+        except (OSError, RuntimeError, EOFError, LookupError, pickle.UnpicklingError) as error:
             raise UsageError(
                 f"{self._folder.checkpoint}: damaged; start anew with another --out"
             ) from error

@@ -11,7 +11,7 @@ from benchmark import catalogue
 from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.run import FIRST_TRAINING_SEED
-from benchmark.learning.traffic import Moment, Reward, Traffic, checked
+from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
 from benchmark.scenario import Scenario
 
 Agent = str
@@ -48,7 +48,7 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         *,
         layout: Layout = "paper",
         reward: Reward | None = None,
-        gridlock_after: float = 90.0,
+        gridlock_after: float = GRIDLOCK_AFTER,
     ) -> None:
         self.scenario = catalogue.one(scenario) if isinstance(scenario, str) else scenario
         self.rate, self._next_seed, self._layout = rate, seed, layout

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmark.learning.observation import Layout, Numbers
-from benchmark.learning.traffic import Moment, Reward, Traffic
+from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic
 from benchmark.scenario import Scenario
 from benchmark.workers import end, pool
 
@@ -35,7 +35,7 @@ class Rollout:
     reward: Reward = field(default_factory=Reward)
     exploration: float = 0.0  # probability of a random action
     discount: float = 0.99  # of what an RV earns after it entered
-    gridlock_after: float | None = 90.0  # s; None plays gridlocked episodes to their end
+    gridlock_after: float | None = GRIDLOCK_AFTER  # s; None plays gridlocked episodes to their end
 
 
 @dataclass

@@ -21,6 +21,7 @@ from benchmark import interrupts
 from benchmark.errors import UsageError
 from benchmark.learning.seeds import FIRST_TRAINING_SEED as FIRST_TRAINING_SEED
 from benchmark.learning.seeds import VALIDATION_SEEDS as VALIDATION_SEEDS
+from benchmark.learning.traffic import GRIDLOCK_AFTER
 from benchmark.scenario import Scenario
 from benchmark.validation import explain
 
@@ -82,7 +83,7 @@ class TrainingTraffic(Table):
     duration: float = Field(600.0, gt=0, description="[s]")
     seeds: int = Field(200, gt=0, description="how many different demands are drawn from")
     episodes: int = Field(4, gt=0, description="episodes of a round, the scenarios by turns")
-    gridlock_after: float = Field(90.0, gt=0, description="[s] ends an episode early")
+    gridlock_after: float = Field(GRIDLOCK_AFTER, gt=0, description="[s] ends an episode early")
 
 
 class Validation(Table):

@@ -12,7 +12,7 @@ from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.rollout import Policy
 from benchmark.learning.run import FIRST_TRAINING_SEED
-from benchmark.learning.traffic import GO, Moment, Reward, Traffic, checked
+from benchmark.learning.traffic import GO, GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
 from benchmark.scenario import Scenario
 
 ID = "RightOfWay/GoStop-v0"
@@ -50,7 +50,7 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
         *,
         layout: Layout = "paper",
         reward: Reward | None = None,
-        gridlock_after: float = 90.0,
+        gridlock_after: float = GRIDLOCK_AFTER,
         others: Policy | None = None,
     ) -> None:
         self.scenario = catalogue.one(scenario) if isinstance(scenario, str) else scenario

@@ -25,6 +25,8 @@ from benchmark.world import World
 STOP, GO = 0, 1
 """The actions."""
 
+GRIDLOCK_AFTER = 90.0  # s in which nobody enters although some stand
+
 
 def checked(action: object, whose: str) -> int:
     """An action from outside as ``GO`` or ``STOP``.
@@ -103,7 +105,7 @@ class Traffic:
         layout: Layout = "paper",
         reward: Reward | None = None,
         arbitration: Literal["flexible", "own"] = "flexible",
-        gridlock_after: float = 90.0,
+        gridlock_after: float = GRIDLOCK_AFTER,
     ) -> None:
         if not 0 <= rate <= 1:
             raise UsageError(f"rate {rate:g}: expected a share from 0 to 1")

@@ -6,6 +6,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmark import frame
+from benchmark.errors import UsageError
 from benchmark.paper.published import FIGURE_RATE, METHODS, RATES, SIGNAL, WANG
 from benchmark.paper.report import UNREGULATED, WAITING
 from benchmark.paper.samples import Samples
@@ -29,11 +30,19 @@ def write(samples: Samples, folder: Path) -> tuple[str, ...]:
     written = []
     with style.styled():
         for name, figure in drawn(samples).items():
-            (folder / name).unlink(missing_ok=True)
             if figure is not None:
                 style.save(figure, folder / name)
                 written.append(name)
+            else:
+                _remove(folder / name)
     return tuple(written)
+
+
+def _remove(target: Path) -> None:
+    try:
+        target.unlink(missing_ok=True)
+    except OSError as error:
+        raise UsageError(f"{target}: cannot remove: {error.strerror}; use another --out") from error
 
 
 def drawn(samples: Samples) -> dict[str, Figure | None]:

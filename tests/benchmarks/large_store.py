@@ -72,7 +72,7 @@ def lines(number: int) -> Iterator[str]:
                 "scenario_hash": f"{number:064x}",
                 "network_hash": f"{number + 1:064x}",
                 "seed": record["seed"] + more,
-                "routes_hash": f"{chance.getrandbits(256):064x}",
+                "routes_hash": f"{1000 * number + record['seed'] + more:064x}",
                 "identity": f"{chance.getrandbits(256):064x}",
                 **{key: varied(record[key], chance) for key in ("junctions", "trips", "wall_time")},
             }
