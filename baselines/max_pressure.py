@@ -7,6 +7,8 @@ a movement is its upstream count.
 
 from collections.abc import Mapping
 
+from pydantic import NonNegativeFloat, PositiveFloat
+
 from benchmark.controller import Command, Controller, Phase
 from benchmark.intersection import Intersection
 from benchmark.state import TrafficState
@@ -27,7 +29,9 @@ class MaxPressure(Controller):
     rules = "signals"
     needs_robot_vehicles = False
 
-    def __init__(self, interval: float = 12.0, waiting_weight: float = 0.1) -> None:
+    def __init__(
+        self, interval: PositiveFloat = 12.0, waiting_weight: NonNegativeFloat = 0.1
+    ) -> None:
         self._interval, self._waiting_weight = interval, waiting_weight
 
     def reset(self, intersection: Intersection, seed: int) -> None:

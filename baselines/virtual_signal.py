@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+from pydantic import NonNegativeFloat, PositiveFloat
+
 from benchmark.controller import Command, Controller, Go, Stop
 from benchmark.intersection import Intersection
 from benchmark.state import TrafficState
@@ -21,7 +23,10 @@ class VirtualSignal(Controller):
     """
 
     def __init__(
-        self, green: float = 20.0, clearance: float = 2.0, waiting_weight: float = 0.1
+        self,
+        green: PositiveFloat = 20.0,
+        clearance: NonNegativeFloat = 2.0,
+        waiting_weight: NonNegativeFloat = 0.1,
     ) -> None:
         self._green, self._clearance, self._waiting_weight = green, clearance, waiting_weight
 

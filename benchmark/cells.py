@@ -131,7 +131,7 @@ def of(table: "polars.DataFrame") -> list[Cell]:
 
 
 def _told_apart(table: "polars.DataFrame") -> "polars.DataFrame":
-    """A controller's name stands for one file: its hash is added where needed.
+    """A controller's name stands for one code: its hash is added where needed.
 
     As ``benchmark.record.told_apart``.
     """

@@ -46,6 +46,12 @@ def main() -> None:
     except RightOfWayError as error:
         console.stderr().print(f"[bold red]error:[/] {console.literal(str(error))}", soft_wrap=True)
         code = 2
+    except OSError as error:
+        # what a command does not name itself: folders that cannot be read, a full disk behind >
+        where = f"{error.filename}: " if error.filename else ""
+        words = console.literal(f"{where}{error.strerror or error}")
+        console.stderr().print(f"[bold red]error:[/] {words}", soft_wrap=True)
+        code = 2
     except (KeyboardInterrupt, typer.Abort):
         code = 130
     except typer.Exit as stop:
@@ -87,19 +93,22 @@ def list_() -> None:
     for name, path in catalogue.shipped().items():
         scenarios.add_row(name, console.literal(scenario.load(path).title))
     suites = Table("suite", "scenarios", "controllers", box=None)
+    for column in suites.columns:
+        column.overflow = "fold"  # references can be copied whole
     for name, path in suite_file.shipped().items():
         declared = suite_file.load(path)
         suites.add_row(
             name, *(", ".join(words) for words in (declared.scenarios, declared.controllers))
         )
-    controllers = Table("controller", "rules", "description", box=None)
+    controllers = Table("controller", "rules", "description", "options", box=None)
     for name in plugins.discovered():
         try:
             kind = plugins.load(name)
         except ControllerError as error:
             controllers.add_row(name, "broken", console.literal(str(error)))
         else:
-            controllers.add_row(name, kind.rules, console.literal(plugins.description(kind)))
+            words = plugins.description(kind), ", ".join(plugins.options(kind))
+            controllers.add_row(name, kind.rules, *map(console.literal, words))
     for table in (scenarios, suites, controllers):
         console.stdout().print(table)
 
@@ -126,12 +135,17 @@ def show(
 
 @app.command()
 def signal(scenario: OneScenario) -> None:
-    """Propose a signal program from the turning counts, by Webster's method."""
+    """Propose a signal program from the turning counts, by Webster's method.
+
+    Without one a scenario takes it as it is: >> my.toml.
+    """
     import tomli_w
 
     from benchmark import catalogue, network, webster
 
     one = catalogue.one(scenario)
+    if one.signal is not None:
+        console.notice(f"{one.name}: has a signal program; take it out before you append this one")
     roads = network.build(one)
     proposed = webster.propose(one, roads)
     intersection = next(iter(roads.junctions.values())).intersection

@@ -21,7 +21,7 @@ from benchmark import __version__, naming, plugins, sumo_tools
 APART = frozenset(
     {
         *("cluster", "commands", "conformance", "film", "paper", "plots"),
-        *("regression_report", "site", "submission"),
+        *("regression_report", "scenario_drawing", "site", "submission"),
     }
 )
 """Folders of this package that no episode imports; a test holds that."""
@@ -55,7 +55,7 @@ def of(
         "scenario": scenario_hash,
         "controller": naming.label(controller),
         "controller_from": controller_from,
-        "controller_code": _code_of(controller),
+        "controller_code": code_of(controller),
         "option_files": _option_files(controller),
         "rate": rate,
         "seed": seed,
@@ -106,8 +106,8 @@ def _files(package: str) -> Iterator[tuple[str, Path]]:
                 yield "/".join(parts), path
 
 
-def _code_of(controller: str) -> str | None:
-    """Of the package that an installed controller or a module's lies in; of a file's neighbours."""
+def code_of(controller: str) -> str | None:
+    """SHA-256 of the package that a controller lies in; of a file's, of what lies beside it."""
     parts = naming.parse(controller)
     if parts.is_file:
         return beside(Path(parts.place).expanduser().parent)

@@ -81,7 +81,10 @@ def _of_stopping(scenario: Scenario) -> Iterator[str]:
 
 
 def _of_time(scenario: Scenario) -> Iterator[str]:
+    begin = min(period.begin for period in scenario.demand)
     end = max(period.end for period in scenario.demand)
+    if begin > 0:
+        yield f"demand begins at {begin:g} s; until then nobody comes"
     if end < scenario.evaluation.duration:
         yield f"demand ends at {end:g} s, before duration ({scenario.evaluation.duration:g} s)"
     for name, approach in scenario.approaches.items():

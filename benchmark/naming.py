@@ -133,3 +133,11 @@ def from_table(table: Mapping[str, object]) -> str:
         if not isinstance(value, str | bool | int | float):
             raise ControllerError(f"{key}: expected a number, a text, true or false; got {value!r}")
     return str(replace(parse(name), query=query(options)))
+
+
+def place(scenario: str, rate: float | None, seed: int | None = None) -> str:
+    """Where an episode, or a cell, is, in words; without a rate it is at every rate."""
+    parts = [scenario]
+    parts += [] if rate is None else [f"rate {rate:g}"]
+    parts += [] if seed is None else [f"seed {seed}"]
+    return " ".join(parts)

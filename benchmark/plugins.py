@@ -90,7 +90,7 @@ def _checked(found: object, title: str) -> type[Controller]:
     if not (isinstance(found, type) and issubclass(found, Controller)):
         raise ControllerError(f"{title} is not a benchmark.controller.Controller")
     if missing := sorted(getattr(found, "__abstractmethods__", ())):
-        raise ControllerError(f"{title} lacks the method {' and '.join(missing)}")
+        raise ControllerError(f"{title} lacks {' and '.join(missing)}")
     if problem := needs.mistake(found):
         raise ControllerError(f"{title}: {problem}")
     return found
@@ -113,6 +113,11 @@ def _checked_options(parts: Reference, kind: type[Controller]) -> dict[str, obje
     except ValidationError as error:
         raise ControllerError(explain(error, known, title)) from error
     return {key: getattr(checked, f"option_{key}") for key in given}
+
+
+def options(kind: type[Controller]) -> list[str]:
+    """The names of a controller's options."""
+    return [one.name for one in _parameters(kind)]
 
 
 def _parameters(kind: type[Controller], *, eval_str: bool = False) -> list[inspect.Parameter]:

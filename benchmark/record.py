@@ -112,7 +112,7 @@ class Record(Entry):
     network_hash: str | None = None
     routes_hash: str | None = None
     controller_from: str | None = Field(
-        None, description="distribution and version; a file's name and SHA-256"
+        None, description="distribution and version, or a file; SHA-256 but of Right of Way's own"
     )
     weights_hash: str | None = None
     trained_on: tuple[Training, ...] | None = Field(
@@ -142,7 +142,7 @@ class Record(Entry):
 
     @property
     def file_hash(self) -> str:
-        """SHA-256 of the file that its controller came from; empty for one that is installed."""
+        """SHA-256 of its controller's code; empty for Right of Way's own, and in older records."""
         return file_hash(self.controller_from)
 
 
@@ -152,9 +152,9 @@ def file_hash(controller_from: str | None) -> str:
 
 
 def told_apart(records: Iterable[Record]) -> list[Record]:
-    """Records in which a controller's name stands for one file: its hash is added where needed.
+    """Records in which a controller's name stands for one code: its hash is added where needed.
 
-    The same file as it was before an edit, and another of the same name, are controllers of their
+    The same code as it was before an edit, and another of the same name, are controllers of their
     own beside it.
     """
     chosen = list(records)

@@ -22,6 +22,7 @@ from benchmark import toml_file
 from benchmark.errors import ScenarioError
 from benchmark.scenario_tables import (
     COMPASS,
+    LARGEST_COUNT,
     LETTERS,
     TURNS,
     Approach,
@@ -123,8 +124,17 @@ class Scenario(Table):
         """The same scenario with its counts scaled to a total in the busiest period [veh/h].
 
         Its name says so, as in ``colorado-springs/334@700``.
+
+        Raises:
+            ScenarioError: a turn's count would be over what a scenario file may say.
         """
-        scaled = self.with_demand(total / self.peak_demand)
+        try:
+            scaled = self.with_demand(total / self.peak_demand)
+        except ValidationError as error:
+            raise ScenarioError(
+                f"{self.name}@{total:g}: a turn would have more vehicles than a count may be, "
+                f"{LARGEST_COUNT} veh/h; ask for fewer"
+            ) from error
         copy = scaled.model_copy()
         copy._name = f"{self.name}@{total:g}"
         return copy

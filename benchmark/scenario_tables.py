@@ -17,6 +17,7 @@ from pydantic import (
 TURNS = ("R", "C", "L")  # from the kerb to the centre line
 LETTERS = {"northbound": "N", "eastbound": "E", "southbound": "S", "westbound": "W"}
 COMPASS = tuple(LETTERS)  # clockwise
+LARGEST_COUNT = 10_000  # veh/h
 
 Share = Annotated[float, Field(ge=0, le=1)]
 MovementName = Annotated[str, Field(pattern=r"^[NESW]-[LCR]$", examples=["E-L"])]
@@ -176,9 +177,9 @@ class Approaches(Table):
 class TurnCounts(Table):
     """Vehicles per hour from one approach by turn."""
 
-    left: float = Field(0.0, ge=0, le=10000, description="[veh/h]")
-    cross: float = Field(0.0, ge=0, le=10000, description="[veh/h]")
-    right: float = Field(0.0, ge=0, le=10000, description="[veh/h]")
+    left: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
+    cross: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
+    right: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
 
     def of(self, turn: str) -> float:
         """The count of a turn [veh/h]."""

@@ -238,7 +238,7 @@ def _or_refuse(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise StoreError(
-            f"{folder}: cannot write records: {error.strerror}; choose another folder with --out"
+            f"{folder}: cannot write records: {error.strerror}; choose another folder"
         ) from error
 
 

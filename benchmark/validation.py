@@ -43,7 +43,7 @@ def _within(place: tuple[int | str, ...], other: tuple[int | str, ...]) -> bool:
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """A suffix for a message: the nearest known word, or all known words."""
-    choices = list(known)
+    choices = list(dict.fromkeys(known))
     if close := difflib.get_close_matches(word, choices, n=1):
         return f'; did you mean "{close[0]}"?'
     return f"; known: {', '.join(choices)}" if choices else ""

@@ -334,6 +334,20 @@ GREEN_WORDS = ("greens", "phases[1]", "N-C and W-L conflict", "split the phase")
         ("run syntax.toml", ("syntax.toml", "not valid TOML")),
         ("run greens.toml --controller traffic-light --seeds 1", GREEN_WORDS),
         ("run smoke --controller frst-come", ('"frst-come"', 'did you mean "first-come"')),
+        ("run smoke/tee first-come", ("a controller, not a scenario", "--controller first-come")),
+        ("run smoke/tee --rate 0.4 0.6", ("a rate, not a scenario", "--rate 0.6")),
+        ("run smoke/tee@99999", ("smoke/tee@99999", "10000 veh/h", "ask for fewer")),
+        ("check smoke/tee@99999", ("smoke/tee@99999", "10000 veh/h", "ask for fewer")),
+        (
+            "run smoke/tee --controller virtual-signal?green=-3",
+            ("green", "should be greater than 0; got"),
+        ),
+        (
+            "run smoke/tee --controller max-pressure?interval=0",
+            ("interval", "should be greater than 0; got"),
+        ),
+        ("replay smoke/tee", ("smoke/tee: a scenario", "--controller")),
+        ("replay tee", ("tee: a scenario", "--controller")),
         ("run smoke --rate 1.5", ("--rate", "less than or equal to 1|0<=x<=1")),
         ("run smoke --rate nan", ("--rate", "less than or equal to 1|0<=x<=1|finite")),
         ("run smoke --seed -1", ("--seed", "greater than or equal to 0|x>=0")),
@@ -342,7 +356,7 @@ GREEN_WORDS = ("greens", "phases[1]", "N-C and W-L conflict", "split the phase")
         ("run smoke --seed 3000000000", ("--seed", "less than or equal to|x<=")),
         ("run smoke --seeds 2 --seed 1", ("--seeds and --seed", "give one of them")),
         ("run smoke --sed 1", ("--sed", "--seed, --seeds|--seed")),
-        ("run smoke/tee --out file/below", ("file/below", "choose another folder with --out")),
+        ("run smoke/tee --out file/below", ("file/below", "choose another folder")),
         ("leaderboard", ("out/records", "no records here", "rightofway run --out out")),
         ("leaderboard --records garbled", ("a.jsonl:1", "required")),
         ("leaderboard --records RESULTS --format html", ('"html"', "md, csv, json, latex")),
@@ -367,6 +381,26 @@ def test_bad_input_ends_in_exit_code_2_and_one_message_with_the_remedy(
     for word in words:
         assert any(choice in done.stderr for choice in word.split("|"))
     assert not records(tmp_path / "out")
+
+
+def test_what_the_system_refuses_is_one_message(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "records").symlink_to("records")  # a loop, which root cannot read either
+    done = command("leaderboard")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: out/records: ")
+    assert "Traceback" not in done.stderr
+    with Path("/dev/full").open("w") as full:  # a disk without room behind >
+        line = [COMMAND, "schema"]
+        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (2, "error: No space left on device\n")
+
+
+def test_a_signal_beside_one_that_is_there_is_warned_of(command: Command) -> None:
+    done = command("signal", "smoke/tee")
+    assert done.returncode == 0
+    assert "[signal]" in done.stdout
+    assert "has a signal program; take it out" in done.stderr
 
 
 def test_a_cache_that_cannot_be_written_is_named_with_the_variable(
@@ -401,7 +435,7 @@ def test_a_controller_that_raises_costs_only_its_episodes_and_ends_in_exit_code_
     assert [found[name]["status"] for name in names] == ["failed", "crashed", "ok", "ok"]
     reason = "act at 10 s raised ValueError: no idea\n[what] to do (hostile.py:"
     assert str(found["raises-in-act"]["reason"]).startswith(reason)
-    assert found["raises-in-act"]["controller_from"] == "hostile 1.0.0"
+    assert found["raises-in-act"]["controller_from"].startswith("hostile 1.0.0 sha256:")
     assert "raises-in-act: 1 failed: act at 10" in done.stderr
     assert "[what] to do" in done.stderr
     assert "crashes: 1 crashed: the worker process died (SIGSEGV)" in done.stderr

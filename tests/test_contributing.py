@@ -140,7 +140,9 @@ def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderbo
     assert "The conflict-free set of movements goes" in line
     assert "26 passed\n" in shell.said["rightofway check controller my-controller"]
     found = {one.controller: one for one in shell.records()}
-    assert found["my-controller"].controller_from == "my-controller 0.1.0"
+    assert re.fullmatch(
+        "my-controller 0.1.0 sha256:[0-9a-f]{64}", found["my-controller"].controller_from or ""
+    )
     assert {one.status for one in found.values()} == {"ok"}
     table = (shell.folder / "out" / "LEADERBOARD.md").read_text()
     assert "| my-controller " in table

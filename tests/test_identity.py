@@ -1,13 +1,15 @@
 """The identity of an episode: equal where figures must be equal, another where they may not."""
 
 import dataclasses
+import re
 from pathlib import Path
 
 import grimp
 import pytest
 from conftest import smoke
+from test_leaderboard import record
 
-from benchmark import identity
+from benchmark import identity, leaderboard
 from benchmark.episode import Episode, run
 from benchmark.isolation.limits import Limits
 
@@ -108,6 +110,25 @@ def test_a_file_of_its_package_counts_without_a_new_version(package: Path, name:
         identity.code.cache_clear()
         found.append(mine.identity)
     assert found[0] != found[1]
+    identity.code.cache_clear()
+
+
+def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
+    mine = dataclasses.replace(ONE, controller="mine.one:Mine")
+    found = []
+    for text in ("", "# edited"):
+        (package / "one.py").write_text(CONTROLLER + text)
+        identity.code.cache_clear()
+        found.append(mine.controller_from)
+    assert all(re.fullmatch("[^:]+ sha256:[0-9a-f]{64}", one) for one in found)
+    rows = leaderboard.rows(
+        record("mine.one:Mine", seed=seed, controller_from=source)
+        for seed, source in enumerate(found, start=1)
+    )
+    assert sorted(row.controller for row in rows) == sorted(
+        f"mine.one:Mine ({source.rpartition(':')[2][:8]})" for source in found
+    )
+    assert " sha256:" not in ONE.controller_from  # Right of Way's own
     identity.code.cache_clear()
 
 

@@ -413,11 +413,15 @@ def test_a_controller_that_cannot_be_run_costs_only_the_example(results: Path) -
     ("arguments", "words"),
     [
         (["--records", "nowhere"], "nowhere/records: no records here"),
+        (["--records", "others"], "others: no records of the paper's intersections"),
         (["--no-lane-change", "--out", "file/below"], "choose another folder with --out"),
     ],
 )
 def test_misuse_ends_in_exit_code_2(results: Path, arguments: list[str], words: str) -> None:
     (results / "file").touch()
+    store = Store(results / "others")
+    store.prepare()
+    store.append(record())
     done = command(results, *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert words in done.stderr

@@ -213,7 +213,7 @@ BROKEN = {
             "No module named 'helper' (several.py:2); a controller given as a file",
         ),
         ("lacks.py:Mine", "No module named 'not_installed_anywhere' (lacks.py:1)"),
-        ("abstract.py:Mine", '"abstract.py:Mine" lacks the method act and reset'),
+        ("abstract.py:Mine", '"abstract.py:Mine" lacks act and reset'),
         (
             "not_there.at_all:Mine",
             "cannot be imported: ModuleNotFoundError: No module named 'not_t",

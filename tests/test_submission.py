@@ -433,7 +433,9 @@ def test_nothing_to_submit_is_one_message(tmp_path: Path) -> None:
     words = ("submit", "raises-in-act", "-o", "b.zip", "--scenario", "tee", "--seeds", "1")
     done = called(tmp_path, *words, "--author", "A", "--licence", "MIT", installed=installed)
     assert done.returncode == 2
-    assert "none of 1 episodes ended well; there is nothing to submit" in done.stderr
+    said = " ".join(done.stderr.split())
+    assert "none of 1 episodes ended well (failed: act at 10 s raised ValueError: no idea" in said
+    assert "there is nothing to submit" in said
     assert not (tmp_path / "b.zip").exists()
 
 

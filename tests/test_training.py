@@ -18,6 +18,7 @@ from safetensors.numpy import load_file
 
 from baselines.wang.policy import Greedy
 from benchmark.learning.rollout import Rollout, play
+from benchmark.learning.run import Folder, Options, Table
 from benchmark.statistics import estimates
 
 COMMAND = str(Path(sys.executable).parent / "rightofway")
@@ -245,6 +246,12 @@ def test_a_rate_at_which_nobody_decides_ends_with_a_message(tmp_path: Path) -> N
     code, said = train(tmp_path / "run", *nobody)
     assert code == 2
     assert "nobody decided in a whole round" in said
+
+
+def test_a_run_that_ended_before_its_first_checkpoint_starts_anew(tmp_path: Path) -> None:
+    (tmp_path / "manifest.json").write_text("{}")  # all that a start without its packages left
+    Folder(Options(tmp_path), "wang", Table())
+    assert manifest(tmp_path)["name"] == "wang"
 
 
 @pytest.mark.parametrize(("file", "content"), [("manifest.json", "{"), ("checkpoint.pt", "PK")])

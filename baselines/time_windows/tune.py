@@ -8,6 +8,11 @@ from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Annotated
 
+import optuna
+from optuna.samplers import TPESampler
+from optuna.storages import JournalStorage
+from optuna.storages.journal import JournalFileBackend
+from optuna.trial import TrialState
 from pydantic import Field, NonNegativeFloat, model_validator
 
 from baselines.time_windows.controller import TimeWindows
@@ -31,7 +36,6 @@ from benchmark.validation import nearest
 from benchmark.workers import working
 
 if TYPE_CHECKING:
-    from optuna import Study, Trial
     from pebble import ProcessPool
 
 NAME = "time-windows"
@@ -102,21 +106,14 @@ def train(options: Options) -> None:
     options.notify(f"best on seeds that no trial has met: {best}")
 
 
-def _study(file: Path) -> "Study":
-    import optuna
-    from optuna.storages import JournalStorage
-    from optuna.storages.journal import JournalFileBackend
-
+def _study(file: Path) -> optuna.Study:
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     storage = JournalStorage(JournalFileBackend(str(file)))
     return optuna.create_study(storage=storage, study_name=NAME, load_if_exists=True)
 
 
-def _try(study: "Study", scorer: "Scorer", seed: int, interrupts: Interrupts) -> None:
+def _try(study: optuna.Study, scorer: "Scorer", seed: int, interrupts: Interrupts) -> None:
     """Try settings, first those that ship. What is tried depends on the trials before alone."""
-    from optuna.samplers import TPESampler
-    from optuna.trial import TrialState
-
     settings = scorer.settings
     done = len(study.get_trials(deepcopy=False, states=[TrialState.COMPLETE]))
     with bar("trials") as shown:
@@ -133,13 +130,13 @@ def _try(study: "Study", scorer: "Scorer", seed: int, interrupts: Interrupts) ->
             shown.update(task, advance=1, description=f"best score {study.best_value:.3f}")
 
 
-def _suggest(trial: "Trial", name: str, lowest: float, highest: float, step: float) -> float:
+def _suggest(trial: optuna.Trial, name: str, lowest: float, highest: float, step: float) -> float:
     if isinstance(SHIPPED[name], int):
         return trial.suggest_int(name, int(lowest), int(highest), step=int(step))
     return round(trial.suggest_float(name, lowest, highest, step=step), 6)
 
 
-def _finalists(study: "Study", settings: SearchSettings) -> list[Chosen]:
+def _finalists(study: optuna.Study, settings: SearchSettings) -> list[Chosen]:
     """What ships, and the best trials."""
     from optuna.trial import TrialState
 

@@ -1,9 +1,11 @@
 """The episodes that a command's options ask for."""
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from benchmark.commands import console
+from benchmark.errors import ScenarioError, UsageError
 from benchmark.isolation.limits import DEFAULT, Limits
 
 if TYPE_CHECKING:
@@ -26,7 +28,11 @@ def choose(
 
     declared = suite_file.find(references)
     if declared is None:
-        scenarios = catalogue.find(references, also=suite_file.shipped())
+        try:
+            scenarios = catalogue.find(references, also=suite_file.shipped())
+        except ScenarioError:
+            _name_slips(references)
+            raise
         controllers = controllers or _usable_controllers(isolate, limits)
     else:
         scenarios = declared.load_scenarios()
@@ -42,6 +48,21 @@ def choose(
         isolate=isolate,
         limits=limits,
     )
+
+
+def _name_slips(references: Sequence[str]) -> None:
+    """Values of an option that stand where scenarios do deserve words of their own.
+
+    Raises:
+        UsageError: there is one.
+    """
+    from benchmark import plugins
+
+    for one in references:
+        if one.partition("?")[0] in plugins.discovered():
+            raise UsageError(f'"{one}" is a controller, not a scenario; give --controller {one}')
+        if re.fullmatch(r"[01]?\.\d+|[01]", one):
+            raise UsageError(f'"{one}" is a rate, not a scenario; give each as --rate {one}')
 
 
 def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:

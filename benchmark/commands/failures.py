@@ -7,6 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from benchmark import naming
 from benchmark.commands import console
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def report(results: Results, out: Path, time_limit: float) -> None:
         else:
             one = members[0]
             console.notice(
-                f"{told}, such as {one.scenario.name} rate {one.rate} seed {one.seed}: "
+                f"{told}, such as {naming.place(one.scenario.name, one.rate, one.seed)}: "
                 f"{outcome.reason or ''}"
             )
     refusals = Counter(

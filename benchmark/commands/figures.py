@@ -57,6 +57,8 @@ def draw_figures(
     data = Data(store.table(), store.records_of, wish)
     if data.left_out and not scenario:
         console.notice(f"{data.left_out} more scenarios are left out; --scenario chooses")
+    if data.unseen and not controller:
+        console.notice(f"{data.unseen} more controllers are left out; --controller chooses")
     target = out or folder / "figures"
     output_files.make_folder(target)
     written = []

@@ -35,6 +35,11 @@ def paper(
 
     folder = records.parent if records.name == "records" else records
     samples = Samples(Store(folder, notice=console.notice).read())
+    if not samples.controllers:
+        raise UsageError(
+            f"{folder}: no records of the paper's intersections; make some with "
+            f"`rightofway run paper --out {folder}`"
+        )
     suite = suite_file.load(missing.SUITE)
     with _naming(out):
         out.mkdir(parents=True, exist_ok=True)

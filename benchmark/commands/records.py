@@ -47,7 +47,7 @@ def leaderboard(
             )
         typer.echo(tables.summary(rows, rate), nl=False)
     elif form is None:
-        print_leaderboard(rows, folder)
+        print_leaderboard(rows)
     else:
         typer.echo(tables.render(rows, form), nl=False)  # type: ignore[arg-type]
 
@@ -107,7 +107,7 @@ def write_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
         raise StoreError(f"{out}: cannot write the leaderboard: {error.strerror}") from error
 
 
-def print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
+def print_leaderboard(rows: "Sequence[Row]") -> None:
     """Print the overview of a results folder, cut to the terminal's width."""
     from benchmark import tables
 
@@ -118,4 +118,3 @@ def print_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
     for remark in tables.remarks(rows):
         screen.print(f"[yellow]*[/] {console.literal(remark)}", soft_wrap=True)
     screen.print(console.literal(tables.legend()), soft_wrap=True)
-    screen.print(f"all figures: {out / 'LEADERBOARD.md'}", soft_wrap=True)

@@ -1,6 +1,7 @@
 """The command ``rightofway replay``."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -148,8 +149,12 @@ def _scored(
 def _log(path: Path) -> Path:
     """A log's path; a scenario without a controller is a slip that deserves its own words."""
     from benchmark import catalogue
+    from benchmark.errors import ScenarioError
 
-    if not path.exists() and (path.suffix == ".toml" or str(path) in catalogue.shipped()):
+    if path.is_file() and path.suffix != ".toml":
+        return path
+    with suppress(ScenarioError):
+        catalogue.one(str(path))
         raise UsageError(f"{path}: a scenario; name who drives with --controller")
     return path
 

@@ -133,7 +133,8 @@ def run(
         if not done.interrupted:
             rows = leaderboard.of(store.table())
             write_leaderboard(rows, out)
-            print_leaderboard(rows, out)
+            print_leaderboard(rows)
+            typer.echo(f"all figures: {out / 'LEADERBOARD.md'}")
     failures.report(done.results, out, time_limit)
     if done.interrupted:
         console.notice(done.words(len(chosen), store.records_folder, force=force))

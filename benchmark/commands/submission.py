@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, study
+from benchmark.commands import console, study, suites
 from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
 from benchmark.errors import UsageError
 
@@ -71,6 +71,8 @@ def submit(
     subject = making.subject(name, words, with_code=code)
     if subject.includes_code and (left := subject.code.left_out):
         console.notice(f"{len(left)} files of its package are left out, such as {left[0]}")
+    if suite:
+        suites.find(suite)  # says what is wrong with it
     references = [suite] if suite else scenario or [PAPER]
     chosen = choose(references, [name], rate or [], range(1, (seeds or 0) + 1))
     with tempfile.TemporaryDirectory(prefix="rightofway-submission-") as place:

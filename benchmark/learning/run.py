@@ -231,7 +231,7 @@ class Folder:
         manifest = self.path / "manifest.json"
         if options.resume:
             self._continue(manifest)
-        elif manifest.exists():
+        elif self.checkpoint.exists():
             raise UsageError(
                 f"{self.path}: holds a training run; continue it with --resume, or give "
                 "another --out"

@@ -69,6 +69,7 @@ class Data:
         others = sorted({name for _, _, name in here} - lights)
         asked = _chosen("controller", wish.controllers, [*others, *self.signals])
         self.controllers = [name for name in asked if name not in lights] or _usual(others)
+        self.unseen = len({*others}.difference(self.controllers))  # controllers
 
     def values(self, key: str, scenario: str, rate: float | None, controller: str) -> Seeds:
         """A column of the leaderboard by seed; empty where there is none."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from benchmark import action_log, replay
+from benchmark import action_log, naming, replay
 from benchmark.action_log import ActionLog
 from benchmark.errors import RightOfWayError
 from benchmark.record import Record
@@ -121,7 +121,7 @@ def opened(folder: Path, said: Manifest) -> tuple[Check, Bundle | None]:
 
 def _foreign(records: Sequence[Record], said: Manifest) -> Iterator[str]:
     for one in records:
-        where = f"{one.scenario} rate {one.rate} seed {one.seed}"
+        where = naming.place(one.scenario, one.rate, one.seed)
         if one.controller != said.name:
             yield f'{where}: of "{one.controller}", the manifest names "{said.name}"'
         if one.versions != said.versions:
@@ -141,7 +141,7 @@ def _grid(records: Sequence[Record]) -> Iterator[str]:
     longest = max(map(len, cells.values()))
     for (scenario, rate), seeds in cells.items():
         if sorted(seeds) != list(range(1, longest + 1)):
-            yield f"{scenario} rate {rate}: expected the seeds 1 to {longest}, each once"
+            yield f"{naming.place(scenario, rate)}: expected the seeds 1 to {longest}, each once"
     if longest > LAST_SEED:
         yield f"seeds over {LAST_SEED} are not for evaluation"
 
@@ -150,7 +150,7 @@ def _unlogged(records: Sequence[Record], logs: Logs) -> Iterator[str]:
     for one in records:
         if one.status == "ok":
             log = logs.get(one.episode)
-            where = f"{one.scenario} rate {one.rate} seed {one.seed}"
+            where = naming.place(one.scenario, one.rate, one.seed)
             if log is None:
                 yield f"{where}: has no action log"
             elif log.record != one:

@@ -9,6 +9,7 @@ from statistics import fmean
 import numpy as np
 import numpy.typing as npt
 
+from benchmark.naming import place
 from benchmark.record import Record
 
 RATIO = 1.1  # of waiting on fresh seeds to waiting on the submitted ones, at least
@@ -107,12 +108,12 @@ class Comparison:
             one = self.bad[0]
             parts.append(
                 f"{len(self.bad)} of {len(self.made)} episodes do not end well, such as "
-                f"{one.scenario} rate {one.rate} seed {one.seed}: {one.status}: {one.reason}"
+                f"{place(one.scenario, one.rate, one.seed)}: {one.status}: {one.reason}"
             )
         if self.cells:
             (scenario, rate, _), old, new = self._most
             parts.append(
-                f"at {scenario} rate {rate} waits {new:.1f} s, on the submitted ones {old:.1f} s "
+                f"at {place(scenario, rate)} waits {new:.1f} s, on the submitted ones {old:.1f} s "
                 f"(p = {self.chance:.4f})"
             )
         return "; ".join(parts)
@@ -154,9 +155,9 @@ def _scores(cells: Sequence[Waits], new: Sequence[int]) -> tuple[npt.NDArray[np.
     ranks = np.zeros((len(cells), len(seeds)))
     for row, cell in zip(ranks, cells, strict=True):
         waits = np.array([*cell.values()])
-        for place, seed in enumerate(seeds):
+        for index, seed in enumerate(seeds):
             if (wait := cell.get(seed)) is not None:
-                row[place] = np.mean(waits < wait) + np.mean(waits <= wait) - 1
+                row[index] = np.mean(waits < wait) + np.mean(waits <= wait) - 1
     every = np.vstack([ranks, ranks.mean(axis=0)])
     deviations = every.std(axis=1, keepdims=True)
     found: npt.NDArray[np.float64] = np.divide(

@@ -116,9 +116,11 @@ def again(bundle: Bundle, how: Runner, workers: int) -> Check:
         made = found[original.scenario, original.rate, original.seed]
         names = {"controller": original.controller, "controller_from": original.controller_from}
         if differing := replay.differences(original, made.model_copy(update=names)):
-            where = f"{original.scenario} rate {original.rate} seed {original.seed}"
+            where = naming.place(original.scenario, original.rate, original.seed)
             problems.append(f"{where}: {made.reason or differing[0]}")
-    return verdict("controller", problems, f"makes the same records in {len(firsts)} episodes")
+    code = "of the bundle" if how.path else "as installed here"
+    words = f"its code {code} makes the same records in {len(firsts)} episodes"
+    return verdict("controller", problems, words)
 
 
 def fresh(bundle: Bundle, how: Runner, drawn: Sequence[Sequence[int]], workers: int) -> Check:

@@ -128,8 +128,8 @@ def write(target: Path, subject: Subject, results: Path, records: Sequence[Recor
     good = [one for one in records if one.status == "ok"]
     if not good:
         raise BundleError(
-            f"{subject.plugin.reference}: none of {len(records)} episodes ended well; "
-            "there is nothing to submit"
+            f"{subject.plugin.reference}: none of {len(records)} episodes ended well "
+            f"({records[0].status}: {records[0].reason}); there is nothing to submit"
         )
     members = dict(_members(subject, results))
     said = _manifest(subject, good[0], members)

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmark import replay, suite
+from benchmark import naming, replay, suite
 from benchmark.errors import UsageError
 from benchmark.record import Record
 from benchmark.submission import archive, checks, fresh, manifest
@@ -83,7 +83,7 @@ def _replayed(bundle: Bundle, workers: int) -> Check:
     for original in bundle.good:
         if differing := replay.differences(original, made[original.episode]):
             versions = replay.versions_differ(original, made[original.episode])
-            where = f"{original.scenario} rate {original.rate} seed {original.seed}"
+            where = naming.place(original.scenario, original.rate, original.seed)
             problems.append(f"{where}: {differing[0]}{f' ({versions})' if versions else ''}")
     return verdict("replay", problems, f"{len(episodes)} records come out again, bit for bit")
 
