@@ -118,6 +118,8 @@ def test_a_good_bundle_is_accepted_where_the_controller_is_installed(
     assert "2 records appended" in done.stdout
     shown = called(tmp_path, "leaderboard", "--records", "results", "--format", "csv")
     assert "entrant?slow=4" in shown.stdout
+    again = called(tmp_path, "verify", bundle, "--out", "results", "--no-run-code")
+    assert "0 records appended" in again.stdout
 
 
 def test_without_the_controller_the_log_is_enough(bundle: Path, tmp_path: Path) -> None:

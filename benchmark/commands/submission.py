@@ -146,9 +146,11 @@ def verify(
         if found.objections:
             raise typer.Exit(1)
         if store:
-            for record in found.records:
+            held = {one.line() for one in store.records_of({one.scenario for one in found.records})}
+            new = [one for one in found.records if one.line() not in held]
+            for record in new:
                 store.append(record)
-            typer.echo(f"{len(found.records)} records appended to {store.records_folder}")
+            typer.echo(f"{len(new)} records appended to {store.records_folder}")
 
 
 def _show(bundle: Path, found: "Verification") -> None:
