@@ -233,7 +233,7 @@ def _stem(scenario: str) -> str:
 
 @contextmanager
 def _or_refuse(folder: Path) -> Iterator[None]:
-    """What the disk refuses names the folder and the option for another."""
+    """What the disk refuses names the folder."""
     try:
         yield
     except OSError as error:
