@@ -47,6 +47,8 @@ def main() -> None:
         console.stderr().print(f"[bold red]error:[/] {console.literal(str(error))}", soft_wrap=True)
         code = 2
     except OSError as error:
+        if error.errno is None:  # not the system's: a time-out, for one
+            raise
         # what a command does not name itself: folders that cannot be read, a full disk behind >
         where = f"{error.filename}: " if error.filename else ""
         words = console.literal(f"{where}{error.strerror or error}")

@@ -43,16 +43,8 @@ class Episode:
 
     @property
     def controller_from(self) -> str:
-        """Where the controller comes from: distribution and version, or a file, and a SHA-256.
-
-        Of what is installed the hash is that of its package's code, which may be edited while its
-        version stays; Right of Way's own is told by its version.
-        """
-        source = plugins.provenance(self.controller)
-        code = identity.code_of(self.controller)
-        if code is None or " sha256:" in source or source.startswith("rightofway "):
-            return source
-        return f"{source} sha256:{code}"
+        """Where the controller comes from, and a SHA-256 of its code."""
+        return identity.source(self.controller)
 
     @property
     def identity(self) -> str:

@@ -55,7 +55,7 @@ def of(
         "scenario": scenario_hash,
         "controller": naming.label(controller),
         "controller_from": controller_from,
-        "controller_code": code_of(controller),
+        "controller_code": _code_of(controller),
         "option_files": _option_files(controller),
         "rate": rate,
         "seed": seed,
@@ -79,12 +79,12 @@ def code(package: str) -> str:
 
 
 def _digest(files: Iterable[tuple[str, Path]]) -> str:
-    """SHA-256 of files by their names."""
-    total = hashlib.sha256()
+    """SHA-256 of files by their names; empty for none."""
+    total, found = hashlib.sha256(), False
     for name, path in files:
-        content = path.read_bytes()
+        content, found = path.read_bytes(), True
         total.update(f"{name}\0{len(content)}\0".encode() + content)
-    return total.hexdigest()
+    return total.hexdigest() if found else ""
 
 
 def _files(package: str) -> Iterator[tuple[str, Path]]:
@@ -106,14 +106,47 @@ def _files(package: str) -> Iterator[tuple[str, Path]]:
                 yield "/".join(parts), path
 
 
-def code_of(controller: str) -> str | None:
+def source(controller: str) -> str:
+    """Where a controller comes from, for the record: distribution and version, or a file, and hash.
+
+    Of a package the hash is that of its code and weights, which may be edited while its version
+    stays; Right of Way's own is told by its version.
+    """
+    found = plugins.provenance(controller)
+    package = _package_of(controller)
+    if package is None or found.startswith("rightofway "):
+        return found
+    hashed = sources(package)
+    return f"{found.partition(' sha256:')[0]} sha256:{hashed}" if hashed else found
+
+
+@cache
+def sources(package: str) -> str:
+    """SHA-256 of a package's code and weights as they are now; asked once per process."""
+    return _digest(
+        (name, path)
+        for name, path in _files(package)
+        if path.suffix in NEIGHBOURS and not any(one.startswith(".") for one in name.split("/"))
+    )
+
+
+def _code_of(controller: str) -> str | None:
     """SHA-256 of the package that a controller lies in; of a file's, of what lies beside it."""
     parts = naming.parse(controller)
     if parts.is_file:
         return beside(Path(parts.place).expanduser().parent)
+    package = _package_of(controller)
+    return code(package) if package else None
+
+
+def _package_of(controller: str) -> str | None:
+    """The top-level package or module of a controller that is no file."""
+    parts = naming.parse(controller)
+    if parts.is_file:
+        return None
     entry = plugins.discovered().get(parts.place)
     module = parts.place if parts.attribute else entry.module if entry else None
-    return code(module.partition(".")[0]) if module else None
+    return module.partition(".")[0] if module else None
 
 
 @cache

@@ -334,7 +334,7 @@ GREEN_WORDS = ("greens", "phases[1]", "N-C and W-L conflict", "split the phase")
         ("run syntax.toml", ("syntax.toml", "not valid TOML")),
         ("run greens.toml --controller traffic-light --seeds 1", GREEN_WORDS),
         ("run smoke --controller frst-come", ('"frst-come"', 'did you mean "first-come"')),
-        ("run smoke/tee first-come", ("a controller, not a scenario", "--controller first-come")),
+        ("run smoke/tee first-come", ("a controller, not a scenario",)),
         ("run smoke/tee --rate 0.4 0.6", ("a rate, not a scenario", "--rate 0.6")),
         ("run smoke/tee@99999", ("smoke/tee@99999", "10000 veh/h", "ask for fewer")),
         ("check smoke/tee@99999", ("smoke/tee@99999", "10000 veh/h", "ask for fewer")),

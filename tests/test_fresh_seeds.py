@@ -1,7 +1,7 @@
 """Fresh seeds: who is honest is not accused by chance, who was fitted to its seeds is found out."""
 
 import random
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from math import comb
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,18 @@ from hypothesis import strategies as st
 from test_leaderboard import record, unlucky
 
 from benchmark.learning.seeds import FRESH_SEEDS
-from benchmark.record import Record
-from benchmark.submission import fresh, manifest
+from benchmark.record import Record, Training
+from benchmark.submission import comparison, fresh, manifest
 from benchmark.submission.checks import Bundle
-from benchmark.submission.comparison import Comparison, chance_of
+from benchmark.submission.comparison import Comparison
 
 OLD, NEW = range(1, 21), range(2001, 2011)
 
 # --- the chance ----------------------------------------------------------------------------------
+
+
+def chance_of(cells: Sequence[Mapping[int, float]], new: Sequence[int]) -> float:
+    return comparison.chance_of(*comparison.scores(cells, new))
 
 
 def waits(seeds: Iterable[int], first: float) -> dict[int, float]:
@@ -117,6 +121,25 @@ def test_who_was_fitted_to_one_cell_is_found_out_there() -> None:
     assert "at test/a rate 0.8 waits" in found.words
 
 
+def test_a_small_difference_in_one_cell_hides_no_large_one_in_another() -> None:
+    chance = random.Random(1)
+    sure = [record("a", s, 10.0 + s / 1e4, rate=0.1) for s in OLD]
+    small = [record("a", s, 10.5 + s / 1e6, rate=0.1) for s in NEW]  # 5 %, on every seed
+    old, new = traffic(OLD, chance), traffic(NEW, chance, {0.8: 8.0})
+    found = Comparison([*old, *sure], [*new, *small])
+    assert found.speaks_against
+    assert "at test/a rate 0.8 waits" in found.words
+
+
+def test_what_only_one_side_has_is_not_compared() -> None:
+    chance = random.Random(1)
+    old = [*traffic(OLD, chance), *(record("a", s, 10.0, rate=0.1) for s in OLD)]
+    new = [*traffic(NEW, chance), *(record("a", s, 900.0, rate=0.2) for s in NEW)]
+    found = Comparison(old, new)
+    assert {rate for _, rate, _ in found.cells} == {*RATES}
+    assert not found.speaks_against
+
+
 def test_a_jam_that_both_have_hides_nothing() -> None:
     jam = [record("a", seed, 500.0 + seed, rate=0.1) for seed in (*OLD, *NEW)]
     found = against({0.8: 8.0})
@@ -133,6 +156,8 @@ def test_a_difference_that_is_sure_but_small_is_no_matter() -> None:
     found = Comparison(old, new)
     assert found.chance < 0.001
     assert not found.speaks_against
+    more = [record("a", seed, 12.5 + seed / 10_000, rate=0.4) for seed in NEW]  # 12 %
+    assert Comparison(old, more).speaks_against
 
 
 def test_each_junction_is_a_cell_of_its_own() -> None:
@@ -152,17 +177,40 @@ def test_few_seeds_cannot_tell() -> None:
         assert against({}, range(1, 1 + submitted)).can_tell is can_tell
 
 
-def test_episodes_that_end_badly_speak_against_it_where_they_are_more_than_before() -> None:
-    def some(seeds: Sequence[int], bad: int) -> list[Record]:
-        good = traffic(seeds[bad:], random.Random(1))
-        return [*good, *(unlucky("a", seed=seed, rate=0.4) for seed in seeds[:bad])]
+def failing(
+    seeds: Sequence[int], bad: Collection[int], rates: Sequence[float] = RATES
+) -> list[Record]:
+    """Records of which those of some seeds failed, in every cell."""
+    return [
+        unlucky("a", seed=seed, rate=rate) if seed in bad else record("a", seed, 10.0, rate=rate)
+        for seed in seeds
+        for rate in rates
+    ]
 
-    assert not Comparison(some(OLD, 0), some(NEW, 1)).speaks_against
-    assert Comparison(some(OLD, 0), some(NEW, 9)).speaks_against
-    assert not Comparison(some(OLD, 18), some(NEW, 9)).fails_more_often
-    assert "1 of 28 episodes do not end well, such as test/a rate 0.4 seed 2001: failed" in (
-        Comparison(some(OLD, 0), some(NEW, 1)).words
+
+def test_seeds_that_end_badly_speak_against_it_where_they_are_more_than_before() -> None:
+    assert not Comparison(failing(OLD, ()), failing(NEW, NEW[:1])).speaks_against
+    assert Comparison(failing(OLD, ()), failing(NEW, NEW[:9])).speaks_against
+    assert not Comparison(failing(OLD, OLD[:15]), failing(NEW, NEW[:9])).fails_more_often
+    assert "3 of 30 episodes do not end well, such as test/a rate 0.4 seed 2001: failed" in (
+        Comparison(failing(OLD, ()), failing(NEW, NEW[:1])).words
     )
+
+
+def test_a_seed_that_ends_badly_in_many_cells_counts_once() -> None:
+    many = [index / 100 for index in range(1, 17)]
+    old, new = failing(OLD, OLD[:1], many), failing(NEW, NEW[:3], many)
+    assert not Comparison(old, new).fails_more_often
+
+
+def test_cells_that_never_ran_well_hide_no_failures() -> None:
+    elsewhere = [unlucky("a", seed=seed, rate=0.1, status="skipped") for seed in OLD]
+    elsewhere += [unlucky("a", seed=seed, rate=0.2) for seed in OLD]
+    assert Comparison([*failing(OLD, ()), *elsewhere], failing(NEW, NEW)).speaks_against
+
+
+def test_seeds_of_which_nothing_is_known_cannot_tell() -> None:
+    assert not Comparison(failing(OLD, OLD[2:]), failing(NEW, ())).can_tell
 
 
 def test_nothing_to_compare_speaks_against_nobody() -> None:
@@ -170,6 +218,7 @@ def test_nothing_to_compare_speaks_against_nobody() -> None:
         [unlucky("a", seed=1, rate=0.4)], [unlucky("a", seed=seed, rate=0.4) for seed in NEW]
     )
     assert not found.speaks_against
+    assert not found.can_tell
     assert "10 of 10 episodes do not end well" in found.words
 
 
@@ -224,12 +273,28 @@ def test_what_cannot_tell_is_noted(check: Callable[..., tuple[str, str, int]]) -
     assert "1 of 11 episodes do not end well" in words
 
 
+def bundle_of(trained_on: tuple[Training, ...] | None = None) -> Bundle:
+    said = manifest.Manifest.model_construct(trained_on=trained_on)
+    return Bundle(Path(), said, [record("a", seed, 1.0, rate=0.4) for seed in OLD], {})
+
+
 def test_draws_are_of_seeds_that_nobody_could_foresee() -> None:
-    one, other = fresh.draws(10)
+    one, other = fresh.draws(10, bundle_of())
     assert len({*one, *other}) == 20
     assert {*one, *other} <= {*FRESH_SEEDS}
-    assert fresh.draws(10) != [one, other]
-    assert fresh.draws(0) == []
-    besides = [*FRESH_SEEDS][:-4]
-    one, other = fresh.draws(2, besides)
-    assert sorted((*one, *other)) == [*FRESH_SEEDS][-4:]
+    assert fresh.draws(10, bundle_of()) != [one, other]
+    assert fresh.draws(0, bundle_of()) == []
+
+
+def test_seeds_that_are_asked_for_stand_in_the_first_draw_once() -> None:
+    one, other = fresh.draws(3, bundle_of(), (7, 9, 7))
+    assert {7, 9} < {*one}
+    assert (len(one), len(other)) == (3, 3)
+    assert fresh.draws(0, bundle_of(), (7, 9)) == [[7, 9]]
+
+
+def test_what_it_was_trained_on_is_no_fresh_seed() -> None:
+    last = FRESH_SEEDS.stop - 1
+    told = (Training(scenarios=("test",), first=FRESH_SEEDS.start, last=last - 4),)
+    one, other = fresh.draws(2, bundle_of(told))
+    assert sorted((*one, *other)) == [*range(last - 3, last + 1)]

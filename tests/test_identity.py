@@ -9,7 +9,7 @@ import pytest
 from conftest import smoke
 from test_leaderboard import record
 
-from benchmark import identity, leaderboard
+from benchmark import __version__, identity, leaderboard, plugins
 from benchmark.episode import Episode, run
 from benchmark.isolation.limits import Limits
 
@@ -115,21 +115,40 @@ def test_a_file_of_its_package_counts_without_a_new_version(package: Path, name:
 
 def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
     mine = dataclasses.replace(ONE, controller="mine.one:Mine")
-    found = []
-    for text in ("", "# edited"):
-        (package / "one.py").write_text(CONTROLLER + text)
-        identity.code.cache_clear()
-        found.append(mine.controller_from)
-    assert all(re.fullmatch("[^:]+ sha256:[0-9a-f]{64}", one) for one in found)
+
+    def source() -> str:
+        identity.sources.cache_clear()
+        return mine.controller_from
+
+    found = [source()]
+    (package / "two.py").write_text("# imported by one.py")
+    found.append(source())
+    assert all(re.fullmatch("one.py sha256:[0-9a-f]{64}", one) for one in found)
     rows = leaderboard.rows(
-        record("mine.one:Mine", seed=seed, controller_from=source)
-        for seed, source in enumerate(found, start=1)
+        record("mine.one:Mine", seed=seed, controller_from=one)
+        for seed, one in enumerate(found, start=1)
     )
     assert sorted(row.controller for row in rows) == sorted(
-        f"mine.one:Mine ({source.rpartition(':')[2][:8]})" for source in found
+        f"mine.one:Mine ({one.rpartition(':')[2][:8]})" for one in found
     )
-    assert " sha256:" not in ONE.controller_from  # Right of Way's own
-    identity.code.cache_clear()
+    for name in (".one.py.swp", "NOTES.txt", ".hidden/three.py"):
+        (package / name).parent.mkdir(exist_ok=True)
+        (package / name).write_text("x")
+    assert source() == found[1]
+    identity.sources.cache_clear()
+
+
+def test_of_an_installed_package_the_version_is_named_too(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plugins, "provenance", lambda text: "mine 2.1")
+    assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.source("mine.one:Mine"))
+    assert identity.source("nowhere.at.all:Mine") == "mine 2.1"
+    identity.sources.cache_clear()
+
+
+def test_right_of_ways_own_controllers_are_told_by_its_version() -> None:
+    assert ONE.controller_from == f"rightofway {__version__}"
 
 
 def test_what_python_keeps_beside_a_package_does_not_count(package: Path) -> None:

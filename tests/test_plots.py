@@ -154,11 +154,25 @@ def test_a_single_record_makes_a_figure() -> None:
         assert waiting.throughput(data([record()])) is not None
 
 
+def test_rows_of_edited_code_keep_their_curves() -> None:
+    records = [
+        one.model_copy(update={"controller_from": f"a 1.0 sha256:{digit * 64}"})
+        for digit in "12"
+        for one in study(a=[5.0])
+        if one.rate
+    ]
+    both = data([*records[:3], *records[-3:]], rate=0.1)
+    assert both.controllers == ["a (11111111)", "a (22222222)"]
+    assert all(both.records("test/a", 0.1, name) for name in both.controllers)
+    assert traffic.unregulated(both) is not None
+
+
 def test_a_few_controllers_are_chosen_where_none_are_asked_for() -> None:
     many = {f"c{number}": [1.0] for number in range(9)} | {"wang": [1.0]}
     records = study(**many)
     assert data(records).controllers == ["wang", "c0", "c1", "c2", "c3"]
     assert data(records, controllers=("c7", "traffic-light")).controllers == ["c7"]
+    assert (data(records).unseen, data(records, controllers=("c7",)).unseen) == (5, 9)
     assert data(records).signals == ["traffic-light"]
     options = [record("x?a=1"), record("x?a=2", seed=2)]
     assert data(options).controllers == ["x?a=1", "x?a=2"]

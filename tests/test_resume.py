@@ -66,6 +66,13 @@ def test_the_newest_record_counts_as_on_the_leaderboard() -> None:
     assert held([ONE], [old, other]) == ([], [ONE])
 
 
+def test_code_that_was_edited_and_is_as_it_was_runs_again_but_another_file_is_another() -> None:
+    for origin, is_held in (("mine 1.0", False), ("mine.py", True)):
+        one = record(controller_from=f"{origin} sha256:{'1' * 64}")
+        other = record(controller_from=f"{origin} sha256:{'2' * 64}", identity="0" * 64)
+        assert bool(held([ONE], [one, other])[0]) is is_held
+
+
 @given(st.sets(st.integers(0, 20)))
 def test_every_episode_is_either_held_or_to_be_run_in_the_order_given(done: set[int]) -> None:
     chosen = [dataclasses.replace(ONE, seed=seed) for seed in range(20)]

@@ -272,7 +272,7 @@ def test_a_folder_without_records_is_an_error_with_the_remedy(
 def test_a_folder_that_cannot_be_written_is_an_error_with_its_name(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     store = Store(tmp_path / "file" / "out")
-    with pytest.raises(StoreError, match="cannot write records: .*another folder") as caught:
+    with pytest.raises(StoreError, match=r"cannot write records: .*another folder") as caught:
         store.prepare()
     assert str(store.records_folder) in str(caught.value)
     with pytest.raises(StoreError, match="cannot append") as caught:

@@ -139,7 +139,7 @@ def test_other_code_under_the_same_name_does_not_count_and_the_bundles_own_may_r
     done = called(tmp_path, "verify", bundle, "--no-run-code", installed=other)
     assert verdicts(done)["controller"] == "not checked"
     assert "entrant 2.1 is installed with other code" in done.stdout
-    wanted = ("--fresh-seed", "7", "--fresh-seed", "9")
+    wanted = ("--fresh-seed", "7", "--fresh-seed", "9", "--fresh", "0")
     done = called(tmp_path, "verify", bundle, *wanted, installed=other)
     assert (done.returncode, verdicts(done)) == (0, FEW), done.stdout + done.stderr
     assert "seeds 7, 9; at smoke/tee rate 0.6 waits" in done.stdout

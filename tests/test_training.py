@@ -17,6 +17,7 @@ from conftest import smoke
 from safetensors.numpy import load_file
 
 from baselines.wang.policy import Greedy
+from benchmark.errors import UsageError
 from benchmark.learning.rollout import Rollout, play
 from benchmark.learning.run import Folder, Options, Table
 from benchmark.statistics import estimates
@@ -246,6 +247,13 @@ def test_a_rate_at_which_nobody_decides_ends_with_a_message(tmp_path: Path) -> N
     code, said = train(tmp_path / "run", *nobody)
     assert code == 2
     assert "nobody decided in a whole round" in said
+
+
+def test_a_finished_run_stays_without_its_checkpoint_too(finished: Path, tmp_path: Path) -> None:
+    (tmp_path / "manifest.json").write_bytes((finished / "manifest.json").read_bytes())
+    for resume, words in ((False, "holds a training run"), (True, "is finished")):
+        with pytest.raises(UsageError, match=words):
+            Folder(Options(tmp_path, resume=resume), "wang", Table())
 
 
 def test_a_run_that_ended_before_its_first_checkpoint_starts_anew(tmp_path: Path) -> None:

@@ -138,8 +138,6 @@ def _suggest(trial: optuna.Trial, name: str, lowest: float, highest: float, step
 
 def _finalists(study: optuna.Study, settings: SearchSettings) -> list[Chosen]:
     """What ships, and the best trials."""
-    from optuna.trial import TrialState
-
     trials = study.get_trials(deepcopy=False, states=[TrialState.COMPLETE])
     ranked = sorted(trials[1:], key=lambda one: (one.value, one.number))
     return [one.params for one in (trials[0], *ranked[: settings.finalists])]

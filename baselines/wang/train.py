@@ -155,9 +155,10 @@ class _Run:
             turn = None if course.is_done else self._start(workers)
             while turn is not None and not interrupts.wanted:
                 turn = self._take(turn, workers)
-                show()
                 if course.validates:
                     self.save()
+                if turn is not None:
+                    show()
             self.save()
             if turn is None:
                 self._acting = self._snapshot()

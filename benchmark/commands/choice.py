@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmark.commands import console
@@ -59,8 +60,10 @@ def _name_slips(references: Sequence[str]) -> None:
     from benchmark import plugins
 
     for one in references:
+        if Path(one).exists():
+            continue
         if one.partition("?")[0] in plugins.discovered():
-            raise UsageError(f'"{one}" is a controller, not a scenario; give --controller {one}')
+            raise UsageError(f'"{one}" is a controller, not a scenario')
         if re.fullmatch(r"[01]?\.\d+|[01]", one):
             raise UsageError(f'"{one}" is a rate, not a scenario; give each as --rate {one}')
 

@@ -119,7 +119,7 @@ def verify(
     fresh_seed: Annotated[
         list[int] | None,
         typer.Option(
-            "--fresh-seed", min=0, max=LARGEST_SEED, help="Repeatable; these in the first draw."
+            "--fresh-seed", min=0, max=LARGEST_SEED, help="Repeatable; in the first draw."
         ),
     ] = None,
     run_code: Annotated[

@@ -231,7 +231,7 @@ class Folder:
         manifest = self.path / "manifest.json"
         if options.resume:
             self._continue(manifest)
-        elif self.checkpoint.exists():
+        elif self.checkpoint.exists() or _is_finished(manifest):
             raise UsageError(
                 f"{self.path}: holds a training run; continue it with --resume, or give "
                 "another --out"
@@ -245,7 +245,7 @@ class Folder:
             ) from error
 
     def _continue(self, manifest: Path) -> None:
-        if not manifest.is_file() or not self.checkpoint.is_file():
+        if not _is_finished(manifest) and not (manifest.is_file() and self.checkpoint.is_file()):
             raise UsageError(f"{self.path}: no training run to resume; leave out --resume")
         try:
             held = json.loads(manifest.read_text(encoding="utf-8"))
@@ -273,6 +273,16 @@ class Folder:
     def manifest(self) -> Mapping[str, Any]:
         """What the manifest says."""
         return self._manifest
+
+
+def _is_finished(manifest: Path) -> bool:
+    """Whether a run's manifest says that it has ended; one that cannot be read may have."""
+    if not manifest.is_file():
+        return False
+    try:
+        return bool(json.loads(manifest.read_text(encoding="utf-8")).get("finished"))
+    except (ValueError, AttributeError):
+        return True
 
 
 def _difference(held: object, given: object) -> str:

@@ -9,7 +9,7 @@ from benchmark import cells
 from benchmark.cells import Cell
 from benchmark.errors import UsageError
 from benchmark.frame import FIGURES
-from benchmark.record import Record
+from benchmark.record import Record, told_apart
 from benchmark.validation import nearest
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Data:
         wanted = {*self.controllers}
         newest = {
             one.episode: one
-            for one in self._read(self.scenarios)
+            for one in told_apart(self._read(self.scenarios))
             if one.controller in wanted and one.rate == self.rate
         }
         found: dict[tuple[str, float | None, str], list[Record]] = {}

@@ -37,9 +37,9 @@ class Comparison:
 
     @property
     def can_tell(self) -> bool:
-        """Whether there are seeds enough for so small a chance."""
-        old, new = ({one.seed for one in some} for some in (self.submitted, self.made))
-        return 2 / comb(len(old) + len(new), len(new)) < CHANCE
+        """Whether there are seeds enough for so small a chance of waiting as much longer."""
+        seeds = {seed for cell in self.cells.values() for seed in cell}
+        return 2 / comb(len(seeds), len(seeds.intersection(self.seeds))) < CHANCE
 
     @property
     def bad(self) -> list[Record]:
@@ -48,22 +48,21 @@ class Comparison:
 
     @property
     def fails_more_often(self) -> bool:
-        """Whether more fresh episodes end badly than submitted ones would let expect.
+        """Whether episodes end badly on more of the fresh seeds than submitted ones let expect.
 
-        By Fisher's exact test.
+        By Fisher's exact test on seeds, as an episode that goes wrong may do so in many cells.
         """
         from scipy import stats
 
-        table = [_bad_and_good(some) for some in (self.made, self.submitted)]
+        ran = {(one.scenario, one.rate) for one in self.made}
+        before = [one for one in self.submitted if (one.scenario, one.rate) in ran]
+        table = [_bad_and_good(some) for some in (self.made, before)]
         return bool(stats.fisher_exact(table, alternative="greater").pvalue < CHANCE)
 
     @property
     def waits_longer(self) -> bool:
-        """Whether it waits longer in some cell, or a little longer in many."""
-        if not self.cells:
-            return False
-        before, after = self._most[1:]
-        return after > RATIO * before and self.chance < CHANCE
+        """Whether it waits longer than matters in some cell, or in most, and not by chance."""
+        return bool(self._matters.any()) and self.chance < CHANCE
 
     @cached_property
     def cells(self) -> dict[Cell, Waits]:
@@ -71,7 +70,7 @@ class Comparison:
         found: dict[Cell, dict[int, float]] = {}
         for one in (*self.submitted, *self.made):
             for name, junction in one.junctions.items():
-                if one.status == "ok" and junction.average_waiting_time is not None:
+                if junction.average_waiting_time is not None:
                     cell = found.setdefault((one.scenario, one.rate, name), {})
                     cell[one.seed] = junction.average_waiting_time
         return {key: cell for key, cell in found.items() if 0 < self._fresh(cell) < len(cell)}
@@ -85,20 +84,38 @@ class Comparison:
         return sum(seed in self.seeds for seed in cell)
 
     @cached_property
-    def chance(self) -> float:
-        """How often fresh seeds would wait as much longer by chance."""
-        return chance_of([*self.cells.values()], self.seeds)
+    def _means(self) -> list[tuple[float, float]]:
+        """What each cell waits on submitted and on fresh seeds [s]."""
+        return [
+            (
+                fmean(wait for seed, wait in cell.items() if seed not in self.seeds),
+                fmean(wait for seed, wait in cell.items() if seed in self.seeds),
+            )
+            for cell in self.cells.values()
+        ]
 
     @cached_property
-    def _most(self) -> tuple[Cell, float, float]:
-        """The cell that tells most; what it waits there on submitted and fresh seeds [s]."""
-        scores, count = _scores([*self.cells.values()], self.seeds)
-        key = [*self.cells][int(scores[:-1, :count].sum(axis=1).argmax())]
-        new, old = (
-            fmean(wait for seed, wait in self.cells[key].items() if (seed in self.seeds) is fresh)
-            for fresh in (True, False)
-        )
-        return key, old, new
+    def _matters(self) -> npt.NDArray[np.bool_]:
+        """In which cells it waits longer by enough; and, last, whether in most of them."""
+        longer = [after > RATIO * before for before, after in self._means]
+        return np.array([*longer, 2 * sum(longer) > len(longer)])
+
+    @cached_property
+    def _scores(self) -> "tuple[npt.NDArray[np.float64], int]":
+        return scores([*self.cells.values()], self.seeds)
+
+    @cached_property
+    def chance(self) -> float:
+        """How often fresh seeds would wait as much longer by chance."""
+        return chance_of(*self._scores, among=self._matters if self._matters.any() else None)
+
+    @property
+    def _most(self) -> int:
+        """The number of the cell that tells most, of those where it matters if there are any."""
+        table, count = self._scores
+        told = table[:-1, :count].sum(axis=1)
+        matters = self._matters[:-1]
+        return int(np.where(matters, told, -np.inf).argmax() if matters.any() else told.argmax())
 
     @property
     def words(self) -> str:
@@ -111,40 +128,47 @@ class Comparison:
                 f"{place(one.scenario, one.rate, one.seed)}: {one.status}: {one.reason}"
             )
         if self.cells:
-            (scenario, rate, _), old, new = self._most
+            scenario, rate, junction = [*self.cells][self._most]
+            several = len({name for one, _, name in self.cells if one == scenario}) > 1
+            where = f"{scenario} {junction}" if several else scenario
+            before, after = self._means[self._most]
             parts.append(
-                f"at {place(scenario, rate)} waits {new:.1f} s, on the submitted ones {old:.1f} s "
-                f"(p = {self.chance:.4f})"
+                f"at {place(where, rate)} waits {after:.1f} s, on the submitted ones {before:.1f} "
+                f"s (p = {self.chance:.4f})"
             )
         return "; ".join(parts)
 
 
 def _bad_and_good(records: Sequence[Record]) -> tuple[int, int]:
-    good = sum(one.status == "ok" for one in records)
-    return len(records) - good, good
+    """How many seeds have an episode that did not end well, and how many have none."""
+    every = {one.seed for one in records}
+    bad = {one.seed for one in records if one.is_failure}
+    return len(bad), len(every - bad)
 
 
-def chance_of(cells: Sequence[Waits], new: Sequence[int]) -> float:
+def chance_of(
+    table: npt.NDArray[np.float64], count: int, among: npt.NDArray[np.bool_] | None = None
+) -> float:
     """How often fresh seeds would wait as much longer by chance (one-sided, p).
 
     A permutation test on ranks within cells: it is drawn anew which seeds count as fresh, in all
-    cells alike, as the traffic of a seed may be light or heavy in several. What counts is the cell
-    that tells most, or the mean over cells if that tells more. The draws are fixed, so equal
-    figures give an equal answer.
+    cells alike, as the traffic of a seed may be light or heavy in several. What counts is the row
+    that tells most. The draws are fixed, so equal figures give an equal answer.
 
     Args:
-        cells: for each cell the waiting times by seed.
-        new: the seeds that are fresh; the others were submitted, and there are some of both.
+        table: of scores.
+        count: how many of its seeds are fresh, the first ones.
+        among: which rows may be the one that was seen to tell most; None for any.
     """
-    scores, count = _scores(cells, new)
-    random = np.random.default_rng(0).random((PERMUTATIONS, scores.shape[1]))
-    chosen = (random.argsort(axis=1).argsort(axis=1) < count).astype(np.float64)
-    drawn = (chosen @ scores.T).max(axis=1)
-    seen = scores[:, :count].sum(axis=1).max()
+    random = np.random.default_rng(0).random((PERMUTATIONS, table.shape[1]))
+    chosen = (random.argsort(axis=1) < count).astype(np.float64)
+    drawn = (chosen @ table.T).max(axis=1)
+    sums = table[:, :count].sum(axis=1)
+    seen = (sums if among is None else sums[among]).max()
     return float((1 + np.count_nonzero(drawn >= seen - 1e-9)) / (1 + PERMUTATIONS))
 
 
-def _scores(cells: Sequence[Waits], new: Sequence[int]) -> tuple[npt.NDArray[np.float64], int]:
+def scores(cells: Sequence[Waits], new: Sequence[int]) -> tuple[npt.NDArray[np.float64], int]:
     """Ranks with mean 0 and deviation 1: a row for each cell and one for their mean.
 
     A column for each seed, and how many of them, the first ones, are fresh. A seed that a cell does

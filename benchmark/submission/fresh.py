@@ -89,16 +89,27 @@ def _installed(folder: Path, said: Manifest) -> Path:
     return here
 
 
-def draws(count: int, besides: Sequence[int] = ()) -> list[list[int]]:
-    """Two draws of seeds that nobody evaluates, validates or trains on, anew each time.
+def draws(count: int, bundle: Bundle, wanted: Sequence[int] = ()) -> list[list[int]]:
+    """Two draws of seeds that nobody evaluates or validates on, anew each time.
+
+    None that the controller says it was trained on are among them.
 
     Args:
         count: seeds of a draw.
-        besides: seeds not to be drawn.
+        bundle: the submission.
+        wanted: seeds that belong to the first draw.
     """
-    free = [seed for seed in FRESH_SEEDS if seed not in besides]
-    drawn = random.SystemRandom().sample(free, 2 * count)
-    return [sorted(some) for some in (drawn[:count], drawn[count:]) if some]
+    places = {one.scenario for one in bundle.records}
+    met = bundle.manifest.trained_on or ()
+    free = [
+        seed
+        for seed in FRESH_SEEDS
+        if seed not in wanted and not any(one.meets(name, seed) for one in met for name in places)
+    ]
+    first = list(dict.fromkeys(wanted))
+    drawn = random.SystemRandom().sample(free, min(2 * count, len(free)))
+    more = max(0, count - len(first))
+    return [sorted(some) for some in ([*first, *drawn[:more]], drawn[more : more + count]) if some]
 
 
 def again(bundle: Bundle, how: Runner, workers: int) -> Check:

@@ -21,7 +21,7 @@ class Wishes:
     """What the command line asks of a verification."""
 
     fresh: int  # seeds of a draw
-    seeds: Sequence[int] = ()  # the first draw
+    seeds: Sequence[int] = ()  # of the first draw
     run_code: bool = True
     workers: int = 1
 
@@ -95,7 +95,7 @@ def _with_controller(bundle: Bundle, wishes: Wishes) -> list[Check]:
     found = [fresh.again(bundle, how, wishes.workers)]
     if used := {one.seed for one in bundle.records}.intersection(wishes.seeds):
         raise UsageError(f"--fresh-seed {min(used)}: is among the submitted seeds; give others")
-    drawn = [*([wishes.seeds] if wishes.seeds else []), *fresh.draws(wishes.fresh, wishes.seeds)]
+    drawn = fresh.draws(wishes.fresh, bundle, wishes.seeds)
     if not drawn:
         return [*found, Check("fresh seeds", "not checked", "none were asked for")]
-    return [*found, fresh.fresh(bundle, how, drawn[:2], wishes.workers)]
+    return [*found, fresh.fresh(bundle, how, drawn, wishes.workers)]
