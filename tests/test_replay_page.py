@@ -130,6 +130,16 @@ def test_a_moment_is_shared_by_its_address(visit: Visit, single: Path) -> None:
     expect(page.locator("#now")).to_have_text("00:42")
     page.locator("#time").fill("59")
     expect(page).to_have_url(re.compile(r"#t=60\.0&zoom=2"))
+    page.locator("#time").fill("29")
+    page.locator("#play").click()
+    page.wait_for_timeout(300)
+    page.get_by_role("button", name="Share this moment").click()
+    expect(page.locator("#said")).to_contain_text("link to this moment")
+    expect(page.locator("#play")).to_have_attribute("aria-label", "Play")  # it waits
+    shared = float(re.search(r"#t=([\d.]+)", page.url)[1])
+    assert shared > 30.0
+    page.locator("#curve").click(position={"x": 0, "y": 5})
+    expect(page.locator("#now")).to_have_text("00:01")
     strange = ready(visit(f"{single.resolve().as_uri()}#t=much&zoom=-1&follow=%3Cb%3E&x=1e99"))
     expect(strange.locator("#now")).to_have_text("00:30")
 

@@ -155,6 +155,8 @@ def test_the_leaderboard_filters_and_its_address_can_be_shared(visit: Visit, sit
     again = visit(page.url, within=site)
     assert names(again) == names(page)
     assert again.get_by_role("columnheader", name="RVs").get_attribute("aria-sort") == "ascending"
+    page.evaluate("location.hash = '#status=flagged'")  # a link within the page, or by hand
+    assert names(page) == ["first-come"]
     page.get_by_label("Controller").fill("nobody")
     expect(page.get_by_text("No row fits these filters.")).to_be_visible()
 
@@ -162,6 +164,9 @@ def test_the_leaderboard_filters_and_its_address_can_be_shared(visit: Visit, sit
 def test_variants_are_shown_on_request(visit: Visit, site: Path) -> None:
     page = visit(site / "index.html", within=site)
     assert "wang?training=1" not in names(page)
+    page.get_by_label("Controller").fill("wang?training=1")  # as the list beside it offers
+    assert names(page) == ["wang?training=1"]
+    page.get_by_label("Controller").fill("")
     page.get_by_label("with 1 variants").check()
     assert names(page)[0] == "wang?training=1"
 

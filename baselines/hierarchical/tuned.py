@@ -16,7 +16,7 @@ BRAKING = 1.0
 
 
 class HierarchicalTuned(Hierarchy):
-    """The same idea with time windows on top and a local low level all over the control zone.
+    """The hierarchy with time windows on top and a local low level all over the control zone.
 
     Who may enter is decided as ``time-windows`` does; all other RVs of the control zone are driven
     by the low level, and those that were refused brake in time.

@@ -39,7 +39,7 @@
   const variants = form.elements.variants; // a box, where there are any
 
   const fits = (row) =>
-    (variants?.checked || !("variant" in row.dataset)) &&
+    (variants?.checked || !("variant" in row.dataset) || row.dataset.controller === form.elements.controller.value) &&
     filters.every((name) => {
       const wanted = form.elements[name].value;
       const own = row.dataset[name];
@@ -105,7 +105,11 @@
     filter();
     remember();
   });
-  form.hidden = false;
+  window.addEventListener("hashchange", () => {
+    recall();
+    filter();
+    sort();
+  });
   recall();
   filter();
   if (sorting.column !== initial || sorting.down || form.elements.scenario.value === "") sort();

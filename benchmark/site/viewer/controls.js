@@ -26,6 +26,11 @@ class Controls {
     press("fit", () => this.fit());
     press("share", () => this.share());
     press("collision", () => this.nextCollision());
+    press("curve", (event) => {
+      const { left, width } = parts.curve.getBoundingClientRect();
+      player.seek(Math.round(((event.clientX - left) / width) * Number(parts.time.max)));
+      this.settle();
+    });
     parts.time.addEventListener("input", () => {
       player.seek(Number(parts.time.value));
       this.settle();
@@ -50,7 +55,7 @@ class Controls {
   key(event) {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     const { tagName, type } = event.target;
-    if (tagName === "SELECT" || (tagName === "INPUT" && type !== "range" && type !== "checkbox")) return;
+    if (event.key !== "Escape" && (tagName === "SELECT" || (tagName === "INPUT" && type !== "range" && type !== "checkbox"))) return;
     const pressed = tagName === "BUTTON" || type === "checkbox" || tagName === "SUMMARY";
     const far = event.shiftKey ? 10 : 1;
     const deeds = {
@@ -119,8 +124,9 @@ class Controls {
     const robots = here.filter((vehicle) => episode.vehicles.robot[vehicle]);
     const among = robots.length ? robots : here;
     if (!among.length) return;
-    const now = episode.index.get(this.player.followed) ?? -1;
-    this.follow(episode.vehicles.id[among.find((vehicle) => vehicle > now) ?? among[0]]);
+    const now = episode.index.get(this.player.followed);
+    const next = among.find((vehicle) => vehicle > now) ?? among[0];
+    this.follow(episode.vehicles.id[now === undefined ? among.at(-1) : next]); // who came last stays longest
   }
 
   nextCollision() {
@@ -135,6 +141,7 @@ class Controls {
   }
 
   async share() {
+    if (this.player.playing) this.player.toggle(); // or the moment is gone
     this.remember();
     try {
       await navigator.clipboard.writeText(window.location.href);
@@ -155,6 +162,7 @@ class Controls {
   }
 
   say(text) {
+    clearTimeout(this.saying); // of what was about to be said
     this.parts.said.textContent = text;
   }
 
@@ -162,9 +170,7 @@ class Controls {
   settle() {
     this.remember();
     clearTimeout(this.saying);
-    this.saying = setTimeout(() => {
-      if (!this.player.playing) this.say(this.words());
-    }, 400);
+    this.saying = setTimeout(() => this.say(this.player.playing ? "" : this.words()), 400);
   }
 
   words() {
@@ -199,7 +205,7 @@ class Controls {
   // The window or the theme has changed.
   fresh() {
     for (const stage of this.player.stages) stage.resize();
-    write(this.parts.highest, `${number(drawTimeline(this.parts.curve, this.player.stages.map((one) => one.episode)), 0)} s`);
+    write(this.parts.highest, `waiting now, up to ${number(drawTimeline(this.parts.curve, this.player.stages.map((one) => one.episode)), 0)} s`);
     this.player.ask();
   }
 }

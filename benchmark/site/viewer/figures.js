@@ -48,7 +48,7 @@ class Figures {
   show(step) {
     const now = this.at(step);
     const robots = this.episode.record.rate !== null;
-    write(this.cells.average, now.average === undefined ? DASH : `${number(now.average, 1)} s`);
+    write(this.cells.average, Number.isFinite(now.average) ? `${number(now.average, 1)} s` : "warm-up");
     write(this.cells.waiting, `${number(now.waiting, 1)} s`);
     write(this.cells.vehicles, String(now.vehicles));
     write(this.cells.passed, String(now.passed));
