@@ -44,16 +44,13 @@ def main() -> None:
     try:
         code = app(standalone_mode=False) or 0
     except RightOfWayError as error:
-        console.stderr().print(f"[bold red]error:[/] {console.literal(str(error))}", soft_wrap=True)
-        code = 2
+        code = _refused(str(error))
     except OSError as error:
         if error.errno is None:  # not the system's: a time-out, for one
             raise
         # what a command does not name itself: folders that cannot be read, a full disk behind >
         where = f"{error.filename}: " if error.filename else ""
-        words = console.literal(f"{where}{error.strerror or error}")
-        console.stderr().print(f"[bold red]error:[/] {words}", soft_wrap=True)
-        code = 2
+        code = _refused(f"{where}{error.strerror}")
     except (KeyboardInterrupt, typer.Abort):
         code = 130
     except typer.Exit as stop:
@@ -64,6 +61,12 @@ def main() -> None:
         error.show()
         code = 2
     sys.exit(code)
+
+
+def _refused(words: str) -> int:
+    """Say why; the exit code."""
+    console.stderr().print(f"[bold red]error:[/] {console.literal(words)}", soft_wrap=True)
+    return 2
 
 
 def _version(wanted: bool) -> None:

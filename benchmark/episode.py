@@ -44,7 +44,7 @@ class Episode:
     @property
     def controller_from(self) -> str:
         """Where the controller comes from, and a SHA-256 of its code."""
-        return identity.source(self.controller)
+        return identity.origin(self.controller)
 
     @property
     def identity(self) -> str:

@@ -106,7 +106,7 @@ def _files(package: str) -> Iterator[tuple[str, Path]]:
                 yield "/".join(parts), path
 
 
-def source(controller: str) -> str:
+def origin(controller: str) -> str:
     """Where a controller comes from, for the record: distribution and version, or a file, and hash.
 
     Of a package the hash is that of its code and weights, which may be edited while its version
@@ -116,12 +116,12 @@ def source(controller: str) -> str:
     package = _package_of(controller)
     if package is None or found.startswith("rightofway "):
         return found
-    hashed = sources(package)
+    hashed = code_and_weights(package)
     return f"{found.partition(' sha256:')[0]} sha256:{hashed}" if hashed else found
 
 
 @cache
-def sources(package: str) -> str:
+def code_and_weights(package: str) -> str:
     """SHA-256 of a package's code and weights as they are now; asked once per process."""
     return _digest(
         (name, path)

@@ -141,12 +141,12 @@ class Record(Entry):
         return self.model_dump_json(by_alias=True) + "\n"
 
     @property
-    def file_hash(self) -> str:
+    def code_hash(self) -> str:
         """SHA-256 of its controller's code; empty for Right of Way's own, and in older records."""
-        return file_hash(self.controller_from)
+        return code_hash(self.controller_from)
 
 
-def file_hash(controller_from: str | None) -> str:
+def code_hash(controller_from: str | None) -> str:
     """The SHA-256 in what says where a controller came from, empty without one."""
     return (controller_from or "").partition(" sha256:")[2]
 
@@ -160,11 +160,11 @@ def told_apart(records: Iterable[Record]) -> list[Record]:
     chosen = list(records)
     versions: dict[str, set[str]] = {}
     for record in chosen:
-        if record.file_hash:
-            versions.setdefault(record.controller, set()).add(record.file_hash)
+        if record.code_hash:
+            versions.setdefault(record.controller, set()).add(record.code_hash)
     return [
-        record.model_copy(update={"controller": f"{record.controller} ({record.file_hash[:8]})"})
-        if record.file_hash and len(versions[record.controller]) > 1
+        record.model_copy(update={"controller": f"{record.controller} ({record.code_hash[:8]})"})
+        if record.code_hash and len(versions[record.controller]) > 1
         else record
         for record in chosen
     ]

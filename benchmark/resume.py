@@ -51,6 +51,7 @@ def _newest(table: "polars.DataFrame", wanted: Sequence[str]) -> "polars.DataFra
     """The newest record of each episode, where its identity is among these."""
     from polars import col
 
+    # files of one name lie side by side; of a package there is only the code that is installed
     file = col("controller_from").str.extract(r"(?s)\.py sha256:(.+)$", 1)
     ours = col("identity").is_in(wanted)
     return (

@@ -209,6 +209,11 @@ def test_cells_that_never_ran_well_hide_no_failures() -> None:
     assert Comparison([*failing(OLD, ()), *elsewhere], failing(NEW, NEW)).speaks_against
 
 
+def test_who_stays_away_from_fresh_seeds_fails_there() -> None:
+    away = [unlucky("a", seed=seed, rate=rate, status="skipped") for seed in NEW for rate in RATES]
+    assert Comparison(failing(OLD, ()), away).fails_more_often
+
+
 def test_seeds_of_which_nothing_is_known_cannot_tell() -> None:
     assert not Comparison(failing(OLD, OLD[2:]), failing(NEW, ())).can_tell
 

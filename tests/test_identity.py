@@ -117,7 +117,7 @@ def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
     mine = dataclasses.replace(ONE, controller="mine.one:Mine")
 
     def source() -> str:
-        identity.sources.cache_clear()
+        identity.code_and_weights.cache_clear()
         return mine.controller_from
 
     found = [source()]
@@ -135,16 +135,16 @@ def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
         (package / name).parent.mkdir(exist_ok=True)
         (package / name).write_text("x")
     assert source() == found[1]
-    identity.sources.cache_clear()
+    identity.code_and_weights.cache_clear()
 
 
 def test_of_an_installed_package_the_version_is_named_too(
     package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plugins, "provenance", lambda text: "mine 2.1")
-    assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.source("mine.one:Mine"))
-    assert identity.source("nowhere.at.all:Mine") == "mine 2.1"
-    identity.sources.cache_clear()
+    assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.origin("mine.one:Mine"))
+    assert identity.origin("nowhere.at.all:Mine") == "mine 2.1"
+    identity.code_and_weights.cache_clear()
 
 
 def test_right_of_ways_own_controllers_are_told_by_its_version() -> None:

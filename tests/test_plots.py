@@ -172,7 +172,8 @@ def test_a_few_controllers_are_chosen_where_none_are_asked_for() -> None:
     records = study(**many)
     assert data(records).controllers == ["wang", "c0", "c1", "c2", "c3"]
     assert data(records, controllers=("c7", "traffic-light")).controllers == ["c7"]
-    assert (data(records).unseen, data(records, controllers=("c7",)).unseen) == (5, 9)
+    assert data(records).controllers_left_out == 5
+    assert data(records, controllers=("c7",)).controllers_left_out == 9
     assert data(records).signals == ["traffic-light"]
     options = [record("x?a=1"), record("x?a=2", seed=2)]
     assert data(options).controllers == ["x?a=1", "x?a=2"]

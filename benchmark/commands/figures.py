@@ -55,10 +55,12 @@ def draw_figures(
     store = Store(folder, notice=console.notice)
     wish = Wish(scenario or (), controller or (), rate or (), at)
     data = Data(store.table(), store.records_of, wish)
-    if data.left_out and not scenario:
-        console.notice(f"{data.left_out} more scenarios are left out; --scenario chooses")
-    if data.unseen and not controller:
-        console.notice(f"{data.unseen} more controllers are left out; --controller chooses")
+    for thing, count, asked in (
+        ("scenario", data.scenarios_left_out, scenario),
+        ("controller", data.controllers_left_out, controller),
+    ):
+        if count and not asked:
+            console.notice(f"{count} more {thing}s are left out; --{thing} chooses")
     target = out or folder / "figures"
     output_files.make_folder(target)
     written = []

@@ -60,7 +60,7 @@ class Data:
         self.rate = wish.rate
         known = list(dict.fromkeys(scenario for scenario, _, _ in sorted_keys(self._cells)))
         self.scenarios = _chosen("scenario", wish.scenarios, known) or known[:MOST_SCENARIOS]
-        self.left_out = len(known) - len(self.scenarios)
+        self.scenarios_left_out = len(known) - len(self.scenarios)
         here = {key for key in self._cells if key[0] in self.scenarios}
         run = {rate for _, rate, _ in here if rate is not None}
         self.rates = sorted(run.intersection(wish.rates) if wish.rates else run)
@@ -69,7 +69,7 @@ class Data:
         others = sorted({name for _, _, name in here} - lights)
         asked = _chosen("controller", wish.controllers, [*others, *self.signals])
         self.controllers = [name for name in asked if name not in lights] or _usual(others)
-        self.unseen = len({*others}.difference(self.controllers))  # controllers
+        self.controllers_left_out = len({*others}.difference(self.controllers))
 
     def values(self, key: str, scenario: str, rate: float | None, controller: str) -> Seeds:
         """A column of the leaderboard by seed; empty where there is none."""

@@ -39,7 +39,8 @@ class Comparison:
     def can_tell(self) -> bool:
         """Whether there are seeds enough for so small a chance of waiting as much longer."""
         seeds = {seed for cell in self.cells.values() for seed in cell}
-        return 2 / comb(len(seeds), len(seeds.intersection(self.seeds))) < CHANCE
+        least = 1 / comb(len(seeds), len(seeds.intersection(self.seeds)))
+        return 2 * least < CHANCE  # the least one is estimated from draws, too
 
     @property
     def bad(self) -> list[Record]:
@@ -142,7 +143,7 @@ class Comparison:
 def _bad_and_good(records: Sequence[Record]) -> tuple[int, int]:
     """How many seeds have an episode that did not end well, and how many have none."""
     every = {one.seed for one in records}
-    bad = {one.seed for one in records if one.is_failure}
+    bad = {one.seed for one in records if one.status != "ok"}
     return len(bad), len(every - bad)
 
 

@@ -129,8 +129,8 @@ def again(bundle: Bundle, how: Runner, workers: int) -> Check:
         if differing := replay.differences(original, made.model_copy(update=names)):
             where = naming.place(original.scenario, original.rate, original.seed)
             problems.append(f"{where}: {made.reason or differing[0]}")
-    code = "of the bundle" if how.path else "as installed here"
-    words = f"its code {code} makes the same records in {len(firsts)} episodes"
+    whose = "of the bundle" if how.path else "as installed here"
+    words = f"its code {whose} makes the same records in {len(firsts)} episodes"
     return verdict("controller", problems, words)
 
 

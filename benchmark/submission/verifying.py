@@ -56,6 +56,8 @@ def verify(path: Path, wishes: Wishes) -> Verification:
         found.append(check)
         if bundle is None:
             return Verification(said, _rest(found))
+        if used := {one.seed for one in bundle.records}.intersection(wishes.seeds):
+            raise UsageError(f"--fresh-seed {min(used)}: is among the submitted seeds; give others")
         found += [checks.training(bundle), _replayed(bundle, wishes.workers)]
         if not any(one.verdict == "failed" for one in found):
             found += _with_controller(bundle, wishes)
@@ -93,8 +95,6 @@ def _with_controller(bundle: Bundle, wishes: Wishes) -> list[Check]:
     if isinstance(how, str):
         return [Check(name, "not checked", how) for name in STEPS[5:]]
     found = [fresh.again(bundle, how, wishes.workers)]
-    if used := {one.seed for one in bundle.records}.intersection(wishes.seeds):
-        raise UsageError(f"--fresh-seed {min(used)}: is among the submitted seeds; give others")
     drawn = fresh.draws(wishes.fresh, bundle, wishes.seeds)
     if not drawn:
         return [*found, Check("fresh seeds", "not checked", "none were asked for")]
