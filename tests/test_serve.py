@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from threading import Thread
 
@@ -73,6 +74,23 @@ def test_the_served_site_works_under_a_policy_that_lets_nothing_else_in(
     page.get_by_role("link", name="test/a").first.click()
     page.wait_for_selector(".canvas svg")
     assert len(visit.requests) > 5
+
+
+def test_all_that_a_browser_asks_for_at_once_is_answered(results: Path) -> None:
+    with server(results / "site", 0) as slow, ExitStack() as open_ones:
+        where = slow.server_address[1]
+        asked = []
+        for _ in range(40):  # before anybody answers, as on a busy machine
+            client = open_ones.enter_context(socket.create_connection(("127.0.0.1", where), 5))
+            client.sendall(b"GET /index.html HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n")
+            asked.append(client)
+        thread = Thread(target=slow.serve_forever)
+        thread.start()
+        try:
+            assert all(client.recv(12) == b"HTTP/1.0 200" for client in asked)
+        finally:
+            slow.shutdown()
+            thread.join()
 
 
 def test_it_listens_to_this_machine_only(results: Path, port: int) -> None:

@@ -34,7 +34,7 @@ def server(folder: Path, port: int) -> ThreadingHTTPServer:
     if not (folder / "index.html").is_file():
         raise UsageError(f"{folder}: no site here; make one with `rightofway site -o {folder}`")
     try:
-        return ThreadingHTTPServer((HOST, port), partial(_Handler, directory=str(folder)))
+        return _Server((HOST, port), partial(_Handler, directory=str(folder)))
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             reason = "is taken by another program"
@@ -43,6 +43,10 @@ def server(folder: Path, port: int) -> ThreadingHTTPServer:
         else:
             reason = f"cannot be had: {error.strerror}"
         raise UsageError(f"port {port} {reason}; choose another with --port") from error
+
+
+class _Server(ThreadingHTTPServer):
+    request_queue_size = 128  # a browser opens more at once than the five that may wait by default
 
 
 class _Handler(SimpleHTTPRequestHandler):
