@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from benchmark.controller import Command, Controller, Go
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
 
 
 class FirstCome(Controller):

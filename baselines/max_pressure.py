@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from benchmark.controller import Command, Controller, Phase
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Phase
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
 
 
 class MaxPressure(Controller):

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from benchmark.controller import Command, Controller
-from benchmark.intersection import Intersection
-from benchmark.scenario import Scenario
-from benchmark.scenario_tables import Signal
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
+from benchmark.scenario.layout import Signal
+from benchmark.scenario.scenario import Scenario
 
 
 class TrafficLight(Controller):
@@ -28,7 +28,7 @@ class TrafficLightWebster(TrafficLight):
 
     def signal(self, scenario: Scenario) -> Signal | None:
         """The retimed program."""
-        from benchmark import network, webster  # out of reach where a controller is isolated
+        from benchmark.sumo import network, webster
 
         if scenario.signal is None:
             return None

@@ -5,13 +5,14 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmark import leaderboard, tables
-from benchmark.leaderboard import Row
-from benchmark.playback import Replay as Replay
-from benchmark.record import Record
-from benchmark.scenario import Scenario
-from benchmark.scenario_drawing import whole
-from benchmark.store import Store
+from benchmark.pictures.replay.replay import Replay as Replay
+from benchmark.pictures.sheet import whole
+from benchmark.records import leaderboard
+from benchmark.records.leaderboard import Row
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.reports import tables
+from benchmark.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +24,7 @@ class Leaderboard:
     """The leaderboard of records; a notebook shows a table of waiting for each rate.
 
     Args:
-        rows: as ``benchmark.leaderboard.rows`` gives them.
+        rows: as ``benchmark.records.leaderboard.rows`` gives them.
     """
 
     def __init__(self, rows: Sequence[Row]) -> None:
@@ -65,7 +66,7 @@ class Leaderboard:
 
 
 def load_ipython_extension(shell: Any) -> None:
-    """Let IPython show scenarios as drawings, and figures of ``benchmark.plots`` as pictures."""
+    """Let IPython show scenarios as drawings, and the figures of plots as pictures."""
     from matplotlib.figure import Figure
 
     formatters = shell.display_formatter.formatters
@@ -80,7 +81,7 @@ def plan(scenario: Scenario) -> str:
 
 def picture(figure: "Figure") -> bytes:
     """A figure as PNG."""
-    from benchmark.plots import style
+    from benchmark.reports.plots import style
 
     with style.styled(), io.BytesIO() as file:
         figure.savefig(file, format="png", dpi=RESOLUTION, metadata={"Software": None})

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from benchmark import network
-from benchmark.intersection import Intersection, Lane, Movement, Way
-from benchmark.network import Network
-from benchmark.scenario import COMPASS, LETTERS, Scenario, load, parse
-from benchmark.state import Body, Crossing, TrafficState, Vehicle
+from benchmark.control.intersection import Intersection, Lane, Movement, Way
+from benchmark.control.state import Body, Crossing, TrafficState, Vehicle
+from benchmark.scenario.scenario import COMPASS, LETTERS, Scenario, load, parse
+from benchmark.sumo import network
+from benchmark.sumo.network import Network
 
 pytest_plugins = ["browser"]  # fixtures: pages in Chromium
 

@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import record
 
-from benchmark import action_log, replay
-from benchmark.action_log import KEY
-from benchmark.actions import Action, Recording
-from benchmark.errors import ActionLogError, StoreError
-from benchmark.record import Record
-from benchmark.scenario import Scenario
+from benchmark.plumbing.errors import ActionLogError, StoreError
+from benchmark.records.record import Record
+from benchmark.scenario.scenario import Scenario
+from benchmark.study import action_log, rescoring
+from benchmark.study.action_log import KEY
+from benchmark.study.actions import Action, Recording
 
 GO = Action(0, "intersection", "a", "go", None, None, None)
 
@@ -69,7 +69,7 @@ def test_a_scenario_at_another_demand_is_held_as_it_ran(tmp_path: Path) -> None:
     scaled = smoke("tee").at_demand(701.3)
     found = action_log.read(written(tmp_path, scaled))
     assert (found.scenario.name, found.scenario.hash) == ("smoke/tee@701.3", scaled.hash)
-    replay.check_scenario(found)
+    rescoring.check_scenario(found)
 
 
 def test_an_episode_without_commands_has_a_log(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ def test_a_log_of_another_version_of_a_shipped_scenario_says_so(tmp_path: Path) 
     changed = smoke("tee").with_demand(0.5)
     log = action_log.read(written(tmp_path, changed))
     with pytest.raises(ActionLogError, match=r"of another smoke/tee .* than the one that ships"):
-        replay.check_scenario(log)
+        rescoring.check_scenario(log)
 
 
 @pytest.mark.parametrize(

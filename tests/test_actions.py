@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import record
 
-from benchmark import action_log
-from benchmark.actions import Action, Recording, spoken
-from benchmark.controller import Drive, Go, Phase, Stop
-from benchmark.rules import Orders, Rules
-from benchmark.state import TrafficState
+from benchmark.control.controller import Drive, Go, Phase, Stop
+from benchmark.control.state import TrafficState
+from benchmark.study import action_log
+from benchmark.study.actions import Action, Recording, spoken
+from benchmark.world.rules import Orders, Rules
 
 WHERE = "intersection"
 STATES = [

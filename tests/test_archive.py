@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_confined import BAD, PATHS
 
-from benchmark import confined
-from benchmark.errors import BundleError
-from benchmark.submission import archive
+from benchmark.admission.submission import archive
+from benchmark.plumbing import confined
+from benchmark.plumbing.errors import BundleError
 
 
 def zipped(path: Path, *members: tuple[str | zipfile.ZipInfo, bytes]) -> Path:

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import record
 
-from benchmark import catalogue
-from benchmark.capacity import Curve, curves, markdown
-from benchmark.errors import ScenarioError
-from benchmark.record import Record
-from benchmark.store import Store
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.records.capacity import Curve, curves, markdown
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.scenario import catalogue
 
 
 def at(demand: float, passed: float, seed: int = 1, **facts: object) -> Record:

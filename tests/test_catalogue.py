@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from conftest import PAPER, SCENARIOS, SHIPPED, SMOKE, shipped
 
-from benchmark import catalogue
-from benchmark.errors import ScenarioError
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.scenario import catalogue
 
 
 def names(*references: str | Path) -> list[str]:

@@ -19,18 +19,25 @@ from distributed import Client, LocalCluster
 from plugins import install
 from test_determinism import lines
 
-from benchmark import identity, plugins
-from benchmark.cluster import connection, stream
-from benchmark.cluster.executor import Cluster
-from benchmark.episode import Episode, run
-from benchmark.errors import ClusterError
-from benchmark.local import LocalPool
-from benchmark.record import Record
-from benchmark.store import Store
+from benchmark.control import plugins
+from benchmark.plumbing.errors import ClusterError
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.study import identity
+from benchmark.study.cluster import connection, stream
+from benchmark.study.cluster.executor import Cluster
+from benchmark.study.episode import Episode, run
+from benchmark.study.pool import LocalPool
 
 SHORT = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
 GOOD = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(1, 5)]
-COMMAND = [sys.executable, "-c", "from benchmark.cli import main; main()", "run", "smoke/crossing"]
+COMMAND = [
+    sys.executable,
+    "-c",
+    "from benchmark.commands.app import main; main()",
+    "run",
+    "smoke/crossing",
+]
 PATIENCE = 60.0  # s for what takes a second where nothing else runs
 
 
@@ -157,7 +164,7 @@ ASSASSIN = """
 import os
 import signal
 
-from benchmark.controller import Controller
+from benchmark.control.controller import Controller
 
 
 class Assassin(Controller):

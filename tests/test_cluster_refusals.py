@@ -21,14 +21,21 @@ from plugins import install
 from test_cluster import GOOD, kill, pid_in, wait_for
 from test_determinism import lines
 
-from benchmark import __version__, plugins
-from benchmark.cluster import connection, environment
-from benchmark.cluster.executor import Cluster
-from benchmark.episode import Episode, run
-from benchmark.errors import ClusterError
+from benchmark import __version__
+from benchmark.control import plugins
+from benchmark.plumbing.errors import ClusterError
+from benchmark.study.cluster import connection, environment
+from benchmark.study.cluster.executor import Cluster
+from benchmark.study.episode import Episode, run
 
 COMMAND = [
-    *(sys.executable, "-c", "from benchmark.cli import main; main()", "run", "smoke/crossing"),
+    *(
+        sys.executable,
+        "-c",
+        "from benchmark.commands.app import main; main()",
+        "run",
+        "smoke/crossing",
+    ),
     *("--controller", "virtual-signal", "--seed", "1"),
 ]
 WITHOUT_US = "import sys; sys.modules['benchmark'] = None; "

@@ -16,7 +16,8 @@ import tomli_w
 from conftest import SCENARIOS, SHIPPED, SMOKE, edited
 from plugins import install
 
-from benchmark import __version__, plugins
+from benchmark import __version__
+from benchmark.control import plugins
 
 COMMAND = Path(sys.executable).parent / "rightofway"
 LIMIT = 0.5  # s of processor time, for what people type while they think
@@ -454,7 +455,7 @@ def test_list_says_which_controllers_are_broken_and_why(command: Command, hostil
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line.split()[0]: line for line in done.stdout.splitlines()}
     assert "broken" in lines["no-controller"]
-    assert "is not a benchmark.controller.Controller" in lines["no-controller"]
+    assert "is not a benchmark.control.controller.Controller" in lines["no-controller"]
     assert "broken" in lines["exits-on-import"]
     assert "SystemExit: set HOSTILE_HOME first" in lines["exits-on-import"]
     assert "Raises after ten seconds." in lines["raises-in-act"]

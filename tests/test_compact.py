@@ -14,11 +14,13 @@ from test_leaderboard import junction, record, unlucky
 from test_store import anything
 from typer.testing import CliRunner
 
-from benchmark import frame, leaderboard, record_files
-from benchmark.cli import app
-from benchmark.errors import StoreError
-from benchmark.record import Record, Training
-from benchmark.store import Store
+from benchmark.commands.app import app
+from benchmark.plumbing.errors import StoreError
+from benchmark.records import files as record_files
+from benchmark.records import leaderboard
+from benchmark.records import table as frame
+from benchmark.records.record import Record, Training
+from benchmark.records.store import Store
 
 RESULTS = Path(__file__).parents[1] / "results" / "records"
 BOTH = {"east": junction(), "west": junction(5.0, refusals=("no such vehicle", "again"))}

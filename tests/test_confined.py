@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from benchmark import confined
-from benchmark.scenario import Scenario
-from benchmark.validation import _models
+from benchmark.plumbing import confined
+from benchmark.plumbing.messages import _models
+from benchmark.scenario.scenario import Scenario
 
 GOOD = ["a", "a/b.toml", "records/colorado-springs-334.jsonl", ".hidden", "a b/c", "ü/π", "con_1"]
 BAD = {

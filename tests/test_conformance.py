@@ -9,11 +9,11 @@ import pytest
 from conftest import smoke
 from plugins import install
 
-from benchmark import plugins
-from benchmark.conformance import Result, cases, check_controller, elsewhere, watching
-from benchmark.conformance.checks import CHECKS, ONCE
-from benchmark.conformance.elsewhere import Outcome, Task
-from benchmark.errors import ControllerError, ScenarioError
+from benchmark.admission.conformance import Result, cases, check_controller, elsewhere, watching
+from benchmark.admission.conformance.checks import CHECKS, ONCE
+from benchmark.admission.conformance.elsewhere import Outcome, Task
+from benchmark.control import plugins
+from benchmark.plumbing.errors import ControllerError, ScenarioError
 
 UNRULY = Path(__file__).parent / "plugins" / "unruly.py"
 BOTH = ("smoke/tee", "smoke/crossing")
@@ -142,7 +142,7 @@ def test_the_order_of_sets_shows_in_another_process() -> None:
 def test_reaching_beyond_the_contract_is_told_with_its_line() -> None:
     deeds = {
         "        import libsumo": "imports libsumo",
-        "import_module(": "imports benchmark.demand",
+        "import_module(": "imports benchmark.sumo.demand",
         "connect_ex(": "connects to the network",
     }
     lines = UNRULY.read_text().splitlines()

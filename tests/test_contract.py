@@ -11,12 +11,13 @@ import libsumo
 import pytest
 from conftest import SMOKE, network_of, shipped
 
-from benchmark import conformance, plugins
-from benchmark.conformance import elsewhere
-from benchmark.controller import Command, Controller
-from benchmark.episode import Episode, run
-from benchmark.record import Record
-from benchmark.state import TrafficState
+from benchmark.admission import conformance
+from benchmark.admission.conformance import elsewhere
+from benchmark.control import plugins
+from benchmark.control.controller import Command, Controller
+from benchmark.control.state import TrafficState
+from benchmark.records.record import Record
+from benchmark.study.episode import Episode, run
 
 CONTROLLERS = sorted(plugins.discovered())
 SEED = 5

@@ -15,9 +15,9 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
-from benchmark.cli import app
-from benchmark.record import Record
-from benchmark.store import Store
+from benchmark.commands.app import app
+from benchmark.records.record import Record
+from benchmark.records.store import Store
 
 TEXT = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text()
 PROGRAMS = Path(sys.executable).parent

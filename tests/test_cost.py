@@ -6,10 +6,10 @@ from conftest import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import frame
-from benchmark.cost import estimates, slowest_first
-from benchmark.episode import Episode
-from benchmark.record import Record
+from benchmark.records import table
+from benchmark.records.record import Record
+from benchmark.study.cost import estimates, slowest_first
+from benchmark.study.episode import Episode
 
 ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
 
@@ -45,7 +45,7 @@ def test_earlier_records_of_the_same_rate_count_more_than_those_of_others() -> N
         took(50.0, dataclasses.replace(ONE, controller="first-come")),
     ]
     others = [ONE, dataclasses.replace(ONE, rate=0.2), dataclasses.replace(ONE, rate=0.9)]
-    assert estimates(others, frame.of(records)) == [3.0, 35.0, 99.0]
+    assert estimates(others, table.of(records)) == [3.0, 35.0, 99.0]
 
 
 @given(st.lists(st.sampled_from([0.5, 1.0, 2.0]), max_size=8))

@@ -10,10 +10,10 @@ import torch
 from stable_baselines3 import PPO
 
 from baselines.hierarchical.ppo import SpacesOnly
-from benchmark.errors import UsageError
 from benchmark.learning.course import Course
 from benchmark.learning.run import Folder, Options, Table, Validation
 from benchmark.learning.weights import Arrays, load
+from benchmark.plumbing.errors import UsageError
 
 VALIDATION = Validation(rounds=2, gridlock=300.0)
 STEPS = 1000

@@ -11,10 +11,10 @@ from conftest import PAPER, SHIPPED, SMOKE, network_of, parsed, shipped
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import demand, network
-from benchmark.demand import Routes, is_robot, turn_shares, unit_draw
-from benchmark.junction import movement_of
-from benchmark.scenario import COMPASS
+from benchmark.scenario.scenario import COMPASS
+from benchmark.sumo import demand, network
+from benchmark.sumo.demand import Routes, is_robot, turn_shares, unit_draw
+from benchmark.sumo.junction import movement_of
 
 RATES = st.floats(0, 1)
 SEEDS = st.integers(0, 2**31)

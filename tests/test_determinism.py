@@ -9,12 +9,12 @@ import pytest
 from conftest import parsed, smoke
 from test_contract import watched
 
-from benchmark import plugins
-from benchmark.episode import Episode, run
-from benchmark.record import Record
-from benchmark.scenario import Scenario
-from benchmark.state import TrafficState
-from benchmark.suite import episodes, run_all
+from benchmark.control import plugins
+from benchmark.control.state import TrafficState
+from benchmark.records.record import Record
+from benchmark.scenario.scenario import Scenario
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import episodes, run_all
 
 CHOSEN = episodes([smoke("asymmetric")], sorted(plugins.discovered()), [0.5], [3])
 OTHERS = episodes(

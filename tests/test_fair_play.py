@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 from plugins import install
 
-from benchmark import leaderboard, tables
-from benchmark.leaderboard import Row
-from benchmark.store import Store
+from benchmark.records import leaderboard
+from benchmark.records.leaderboard import Row
+from benchmark.records.store import Store
+from benchmark.reports import tables
 
 COMMAND = Path(sys.executable).parent / "rightofway"
 CHEATS = (

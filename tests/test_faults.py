@@ -13,10 +13,11 @@ import pytest
 from conftest import smoke
 from plugins import install
 
-from benchmark import plugins, supervised
-from benchmark.episode import Episode, run
-from benchmark.local import LocalPool
-from benchmark.supervised import Worker
+from benchmark.control import plugins
+from benchmark.study import worker as supervised
+from benchmark.study.episode import Episode, run
+from benchmark.study.pool import LocalPool
+from benchmark.study.worker import Worker
 
 SHORT = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
 

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import record, unlucky
 
-from benchmark.learning.seeds import FRESH_SEEDS
-from benchmark.record import Record, Training
-from benchmark.submission import comparison, fresh, manifest
-from benchmark.submission.checks import Bundle
-from benchmark.submission.comparison import Comparison
+from benchmark.admission.submission import comparison, fresh, manifest
+from benchmark.admission.submission.checks import Bundle
+from benchmark.admission.submission.comparison import Comparison
+from benchmark.control.training import FRESH_SEEDS
+from benchmark.records.record import Record, Training
 
 OLD, NEW = range(1, 21), range(2001, 2011)
 

@@ -14,7 +14,7 @@ from conftest import smoke
 from test_leaderboard import record
 from test_reference import written
 
-from benchmark.cli import app
+from benchmark.commands.app import app
 
 ROOT = Path(__file__).parents[1]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

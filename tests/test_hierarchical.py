@@ -14,11 +14,11 @@ from baselines.hierarchical.controller import Hierarchical
 from baselines.hierarchical.observation import SIZE, LateralObserver
 from baselines.hierarchical.policy import Forward, Learned, Random, shapes
 from baselines.hierarchical.safety import speed_limit, with_braking
-from benchmark.controller import Command, Drive, Go
+from benchmark.control.controller import Command, Drive, Go
+from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers, Observer
-from benchmark.rules import can_stop, held_by_conflict
-from benchmark.state import TrafficState, Vehicle
-from benchmark.world import World
+from benchmark.world.rules import can_stop, held_by_conflict
+from benchmark.world.world import World
 
 # --- safety ------------------------------------------------------------------------------------
 

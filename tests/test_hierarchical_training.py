@@ -24,7 +24,7 @@ from baselines.hierarchical.rollout import Played, Rollout, Trajectory, play
 from benchmark.learning import weights as files
 from benchmark.learning.observation import Numbers
 from benchmark.learning.run import Options
-from benchmark.scenario import Scenario, load
+from benchmark.scenario.scenario import Scenario, load
 
 LEARNER = train.LearnerSettings(steps=1, hidden=(8,))
 

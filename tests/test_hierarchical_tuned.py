@@ -13,11 +13,11 @@ from baselines.hierarchical.local_observation import SIZE, LocalObserver
 from baselines.hierarchical.reward import Earnings, Reward, led_alone
 from baselines.hierarchical.tuned import HierarchicalTuned
 from baselines.time_windows.queues import MARGIN, Queue, to_the_line
-from benchmark.controller import Drive
+from benchmark.control.controller import Drive
+from benchmark.control.state import Crossing, Vehicle
 from benchmark.learning.observation import Numbers
-from benchmark.rules import STOP_MARGIN
-from benchmark.state import Crossing, Vehicle
-from benchmark.world import World
+from benchmark.world.rules import STOP_MARGIN
+from benchmark.world.world import World
 
 EGO = vehicle("ego", lane="northbound_1", distance=40.0, speed=10.0, waiting=30.0)
 AHEAD = vehicle("ahead", lane="northbound_1", distance=20.0, speed=5.0)

@@ -11,14 +11,16 @@ import pytest
 from conftest import smoke
 from plugins import install
 
-from benchmark import cache, demand, network, plugins
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError
-from benchmark.isolation import landlock, seccomp
-from benchmark.isolation.limits import Limits
-from benchmark.isolation.remote import declared
-from benchmark.record import Record
-from benchmark.suite import run_all
+from benchmark.control import plugins
+from benchmark.control.isolation import landlock, seccomp
+from benchmark.control.isolation.limits import Limits
+from benchmark.control.isolation.remote import declared
+from benchmark.plumbing import cache
+from benchmark.plumbing.errors import ControllerError
+from benchmark.records.record import Record
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import run_all
+from benchmark.sumo import demand, network
 
 QUICK = Limits(step=0.5, start=1.2)  # s; for those who exceed them
 ROOMY = Limits(step=20.0, memory=320)
@@ -240,7 +242,8 @@ def test_a_suite_with_villains_completes_and_leaves_nothing(
 def test_it_dies_with_its_runner(site: Path) -> None:
     code = (
         "import sys; sys.path[:0] = sys.argv[1:]; from conftest import smoke; "
-        "from benchmark.episode import Episode, run; from benchmark.isolation.limits import Limits;"
+        "from benchmark.study.episode import Episode, run; "
+        "from benchmark.control.isolation.limits import Limits;"
         "run(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, Limits(step=60.0)))"
     )
     here = str(Path(__file__).parent)

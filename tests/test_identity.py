@@ -9,12 +9,15 @@ import pytest
 from conftest import smoke
 from test_leaderboard import record
 
-from benchmark import __version__, identity, leaderboard, plugins
-from benchmark.episode import Episode, run
-from benchmark.isolation.limits import Limits
+from benchmark import __version__
+from benchmark.control import plugins
+from benchmark.control.isolation.limits import Limits
+from benchmark.records import leaderboard
+from benchmark.study import identity
+from benchmark.study.episode import Episode, run
 
 CONTROLLER = """
-from benchmark.controller import Controller
+from benchmark.control.controller import Controller
 
 class Mine(Controller):
     def reset(self, intersection, seed):
@@ -173,7 +176,7 @@ def test_no_two_ways_to_cut_files_share_a_hash(package: Path) -> None:
 
 def test_episodes_import_nothing_of_the_folders_that_do_not_count() -> None:
     graph = grimp.build_graph("benchmark", "baselines")
-    found = graph.find_upstream_modules("benchmark.episode") | graph.find_upstream_modules(
+    found = graph.find_upstream_modules("benchmark.study.episode") | graph.find_upstream_modules(
         "baselines", as_package=True
     )
     used = {name.split(".")[1] for name in found if name.startswith("benchmark.")}

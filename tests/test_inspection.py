@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 from conftest import DROP, parsed, smoke
 
-from benchmark import inspection
-from benchmark.errors import ScenarioError
-from benchmark.scenario import Scenario
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import inspection
 
 APPROACHES = ("northbound", "eastbound", "southbound", "westbound")
 FAST = {"intersection.speed_cap": DROP}  # 13.89 m/s; 13.89^2 / (2 * 4.5) + 13.89 = 35.3 m

@@ -21,19 +21,19 @@ from plugins import install
 from test_contract import live, mutable
 
 import benchmark
-from benchmark import plugins
-from benchmark.controller import Command, Drive, Go, Phase, Stop
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError
-from benchmark.isolation import channel, imports, process, remote
-from benchmark.isolation.channel import Channel, MalformedError
-from benchmark.isolation.child import Writer
-from benchmark.isolation.limits import DEFAULT, Limits
-from benchmark.isolation.readable import readable
-from benchmark.record import Record
-from benchmark.rules import Rules
-from benchmark.scenario import Scenario
-from benchmark.suite import episodes
+from benchmark.control import plugins
+from benchmark.control.controller import Command, Drive, Go, Phase, Stop
+from benchmark.control.isolation import channel, imports, process, remote
+from benchmark.control.isolation.channel import Channel, MalformedError
+from benchmark.control.isolation.child import Writer
+from benchmark.control.isolation.limits import DEFAULT, Limits
+from benchmark.control.isolation.readable import readable
+from benchmark.plumbing.errors import ControllerError
+from benchmark.records.record import Record
+from benchmark.scenario.scenario import Scenario
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import episodes
+from benchmark.world.rules import Rules
 
 ROOMY = Limits(step=20.0)
 
@@ -86,7 +86,7 @@ def test_what_a_controller_raises_is_told_alike(site: Path) -> None:
 def test_a_controller_that_needs_the_network_says_that_it_is_out_of_reach() -> None:
     _, apart = both(smoke("asymmetric"), "traffic-light-webster", None)
     assert apart.status == "failed"
-    assert "benchmark.network is out of reach for an isolated controller" in str(apart.reason)
+    assert "benchmark.sumo.network is out of reach for an isolated controller" in str(apart.reason)
     assert (apart.rules, apart.controller_from) == ("signals", plugins.provenance("traffic-light"))
 
 
@@ -243,9 +243,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from benchmark.controller import Command, Controller, Go
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
 
 sys.modules["apart_was_here"] = sys
 
@@ -304,7 +304,7 @@ def test_the_command_isolates_and_keeps_the_limits(mine: Path, tmp_path: Path) -
     mine.write_text(
         MINE.replace("        return", "        while state.time > 5: pass\n        return")
     )
-    command = [sys.executable, "-c", "from benchmark.cli import main; main()"]
+    command = [sys.executable, "-c", "from benchmark.commands.app import main; main()"]
     study = ["run", "smoke/tee", "--controller", "apart.py:Mine", "--seed", "1", "--workers", "1"]
     done = subprocess.run(
         [*command, *study, "--step-limit", "0.5"], cwd=tmp_path, capture_output=True, text=True

@@ -10,14 +10,15 @@ import pytest
 from conftest import parsed, smoke
 from test_simulation import LIGHT, Trips, write_routes
 
-from benchmark import demand, network, plugins
-from benchmark.controller import Command, Controller, Drive, Go, Phase, Stop
-from benchmark.demand import Routes, Traveller
-from benchmark.episode import Episode, run
-from benchmark.intersection import Intersection
-from benchmark.record import JunctionMetrics, Record
-from benchmark.scenario import Scenario
-from benchmark.state import TrafficState, Vehicle
+from benchmark.control import plugins
+from benchmark.control.controller import Command, Controller, Drive, Go, Phase, Stop
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
+from benchmark.records.record import JunctionMetrics, Record
+from benchmark.scenario.scenario import Scenario
+from benchmark.study.episode import Episode, run
+from benchmark.sumo import demand, network
+from benchmark.sumo.demand import Routes, Traveller
 
 CROSSING = parsed({"evaluation.duration": 90})
 Script = Callable[[TrafficState], Mapping[str, Command]]

@@ -7,11 +7,12 @@ from conftest import CROSSROADS, DROP, parsed, shipped, smoke, state, vehicle
 from matplotlib.image import imread
 from plugins import install
 
-from benchmark import lane_change, lane_change_drawing, plugins
-from benchmark.episode import Episode
-from benchmark.errors import ControllerError
-from benchmark.lane_change import LaneChange, Search, first_asked_for, longest, words
-from benchmark.state import TrafficState, Vehicle
+from baselines.paper import lane_change, lane_change_drawing
+from baselines.paper.lane_change import LaneChange, Search, first_asked_for, longest, words
+from benchmark.control import plugins
+from benchmark.control.state import TrafficState, Vehicle
+from benchmark.plumbing.errors import ControllerError
+from benchmark.study.episode import Episode
 
 KERB, CENTRE = CROSSROADS.movements["N-C"].lanes  # northbound_1 and northbound_2
 

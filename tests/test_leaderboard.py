@@ -7,11 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmark import leaderboard
-from benchmark.columns import COLUMNS
-from benchmark.leaderboard import MARKS, Row
-from benchmark.record import JunctionMetrics, Record, Training, TripMetrics, Versions, Waiting
-from benchmark.statistics import Estimate, estimates
+from benchmark.records import leaderboard
+from benchmark.records.leaderboard import MARKS, Row
+from benchmark.records.measures import COLUMNS
+from benchmark.records.record import (
+    JunctionMetrics,
+    Record,
+    Training,
+    TripMetrics,
+    Versions,
+    Waiting,
+)
+from benchmark.records.statistics import Estimate, estimates
 
 VERSIONS = Versions(rightofway="0.1.0", sumo="1.28.0", python="3.11.7")
 SIGNAL = "traffic-light"

@@ -13,10 +13,10 @@ from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import parallel_api_test
 from stable_baselines3.common.env_checker import check_env as check_env_for_sb3
 
-from benchmark.errors import ScenarioError, UsageError
 from benchmark.learning.parallel import GoStopParallelEnv, parallel_env
 from benchmark.learning.single import ID, GoStopEnv
 from benchmark.learning.traffic import GO, STOP
+from benchmark.plumbing.errors import ScenarioError, UsageError
 
 Steps = list[tuple[Any, ...]]
 
@@ -301,7 +301,10 @@ def test_a_gridlock_time_that_leaves_no_episode_is_refused(
 
 def test_the_package_itself_needs_no_training_extras() -> None:
     heavy = "{'gymnasium', 'pettingzoo', 'torch', 'stable_baselines3'}"
-    code = f"import sys, benchmark.learning, benchmark.cli; assert not {heavy} & set(sys.modules)"
+    code = (
+        "import sys, benchmark.learning, benchmark.commands.app; "
+        f"assert not {heavy} & set(sys.modules)"
+    )
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import metrics
-from benchmark.record import Waiting
-from benchmark.simulation import Emissions, Trip
+from benchmark.records.record import Waiting
+from benchmark.sumo.simulation import Emissions, Trip
+from benchmark.world import metrics
 
 MOVEMENTS = 3
 SECONDS = st.floats(0, 1000).map(lambda value: round(value, 1))

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import naming
-from benchmark.errors import ControllerError
-from benchmark.naming import Reference
+from benchmark.control import reference
+from benchmark.control.reference import Reference
+from benchmark.plumbing.errors import ControllerError
 
 
 @pytest.mark.parametrize(
@@ -30,8 +30,8 @@ from benchmark.naming import Reference
 def test_a_reference_has_three_forms_and_a_label_without_folders(
     text: str, parts: Reference, label: str
 ) -> None:
-    assert naming.parse(text) == parts
-    assert naming.label(text) == label
+    assert reference.parse(text) == parts
+    assert reference.label(text) == label
 
 
 @pytest.mark.parametrize(
@@ -50,13 +50,15 @@ def test_a_reference_has_three_forms_and_a_label_without_folders(
 )
 def test_text_of_no_form_is_refused_with_the_forms(text: str, message: str) -> None:
     with pytest.raises(ControllerError, match=re.escape(message)):
-        naming.parse(text)
+        reference.parse(text)
 
 
 def test_a_files_place_is_counted_from_a_folder_and_a_name_has_none() -> None:
-    found = [str(naming.parse(one).placed(Path("/a/b"))) for one in ("../c.py:M?x=1", "v", "p:M")]
+    found = [
+        str(reference.parse(one).placed(Path("/a/b"))) for one in ("../c.py:M?x=1", "v", "p:M")
+    ]
     assert found == ["/a/c.py:M?x=1", "v", "p:M"]
-    assert str(naming.parse("~/c.py:M").placed(Path())) == f"{Path.home()}/c.py:M"
+    assert str(reference.parse("~/c.py:M").placed(Path())) == f"{Path.home()}/c.py:M"
 
 
 words = st.from_regex(r"[a-z][a-z_]{0,8}", fullmatch=True)
@@ -65,9 +67,9 @@ values = st.one_of(st.booleans(), st.integers(), st.text(max_size=12))
 
 @given(options=st.dictionaries(words, values, max_size=4))
 def test_options_survive_being_written_and_read(options: dict[str, object]) -> None:
-    written = Reference("v", "", naming.query(options))
+    written = Reference("v", "", reference.query(options))
     as_text = {k: str(v).lower() if isinstance(v, bool) else str(v) for k, v in options.items()}
-    assert naming.parse(str(written)).options() == dict(sorted(as_text.items()))
+    assert reference.parse(str(written)).options() == dict(sorted(as_text.items()))
 
 
 @pytest.mark.parametrize(
@@ -80,7 +82,7 @@ def test_options_survive_being_written_and_read(options: dict[str, object]) -> N
     ],
 )
 def test_a_table_is_a_reference(table: dict[str, object], text: str) -> None:
-    assert naming.from_table(table) == text
+    assert reference.from_table(table) == text
 
 
 @pytest.mark.parametrize(
@@ -95,4 +97,4 @@ def test_a_table_is_a_reference(table: dict[str, object], text: str) -> None:
 )
 def test_a_table_that_makes_no_sense_is_refused(table: dict[str, object], message: str) -> None:
     with pytest.raises(ControllerError, match=re.escape(message)):
-        naming.from_table(table)
+        reference.from_table(table)

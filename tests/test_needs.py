@@ -7,9 +7,9 @@ from conftest import smoke
 
 from baselines.traffic_light import TrafficLight
 from baselines.virtual_signal import VirtualSignal
-from benchmark import needs, plugins
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError
+from benchmark.control import declarations, plugins
+from benchmark.plumbing.errors import ControllerError
+from benchmark.study.episode import Episode, run
 
 
 def kind(base: type = VirtualSignal, **declared: Any) -> Any:
@@ -34,7 +34,7 @@ def kind(base: type = VirtualSignal, **declared: Any) -> Any:
 def test_a_scenario_or_rate_it_is_not_made_for_is_a_reason_to_skip(
     declared: dict[str, Any], scenario: str, rate: float | None, reason: str | None
 ) -> None:
-    assert needs.unmet(kind(**declared), smoke(scenario), rate) == reason
+    assert declarations.unmet(kind(**declared), smoke(scenario), rate) == reason
 
 
 def test_a_skipped_episode_does_not_even_make_the_controller(
@@ -71,7 +71,7 @@ def test_a_skipped_episode_does_not_even_make_the_controller(
 def test_a_declaration_that_makes_no_sense_is_refused_when_the_controller_is_found(
     monkeypatch: pytest.MonkeyPatch, declared: dict[str, Any], message: str
 ) -> None:
-    assert message in str(needs.mistake(kind(**declared)))
+    assert message in str(declarations.mistake(kind(**declared)))
     monkeypatch.setitem(globals(), "Needy", kind(**declared))
     with pytest.raises(ControllerError) as caught:
         plugins.find(f"{__name__}:Needy")
@@ -80,6 +80,8 @@ def test_a_declaration_that_makes_no_sense_is_refused_when_the_controller_is_fou
 
 def test_what_is_declared_is_said_in_words() -> None:
     wanted = "lights dark, own arbitration; 40 to 100 % RVs; 3 or 4 approaches"
-    assert needs.declared(kind(arbitration="own", rates=(0.4, 1), approaches={4, 3})) == wanted
+    assert (
+        declarations.declared(kind(arbitration="own", rates=(0.4, 1), approaches={4, 3})) == wanted
+    )
     wanted = "lights on; commands no vehicle; any number of approaches"
-    assert needs.declared(kind(TrafficLight)) == wanted
+    assert declarations.declared(kind(TrafficLight)) == wanted

@@ -7,10 +7,10 @@ import pytest
 import sumolib
 from conftest import CONFLICT_FREE, PAPER, SHIPPED, network_of, parsed, shipped
 
-from benchmark import network
-from benchmark.errors import NetworkError
-from benchmark.junction import Junction, movement_of
-from benchmark.scenario import LETTERS, Scenario
+from benchmark.plumbing.errors import NetworkError
+from benchmark.scenario.scenario import LETTERS, Scenario
+from benchmark.sumo import network
+from benchmark.sumo.junction import Junction, movement_of
 
 NORTH = "approaches.northbound"
 

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from baselines.wang.controller import Wang
 from baselines.wang.policy import Greedy
-from benchmark import plugins
-from benchmark.controller import Command, Controller, Go
-from benchmark.episode import Episode, run
-from benchmark.intersection import Intersection
+from benchmark.control import plugins
+from benchmark.control.controller import Command, Controller, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import MOVEMENTS, Layout, Numbers, Observer, size
 from benchmark.learning.traffic import GO, Traffic
-from benchmark.state import TrafficState, Vehicle
+from benchmark.study.episode import Episode, run
 
 PAPER, EXTENDED = Observer(CROSSROADS, "paper"), Observer(CROSSROADS, "extended")
 QUEUE, WAITING, OCCUPANCY, DISTANCE = slice(0, 8), slice(8, 16), slice(16, 96), 96

@@ -14,13 +14,13 @@ import pytest
 from matplotlib.image import imread
 from test_leaderboard import record, unlucky
 
-from benchmark import suite_file
-from benchmark.paper import figures, missing, published, report, tables, worth
-from benchmark.paper.reductions import against, summary, summary_of_paper
-from benchmark.paper.samples import Samples, canonical
-from benchmark.plots import style
-from benchmark.record import Record
-from benchmark.store import Store
+from baselines.paper import figures, missing, published, report, tables, worth
+from baselines.paper.reductions import against, summary, summary_of_paper
+from baselines.paper.samples import Samples, canonical
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.reports.plots import style
+from benchmark.study import suite as suite_file
 
 SUITE = suite_file.load(missing.SUITE)
 SEEDS = range(1, 21)

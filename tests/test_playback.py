@@ -13,19 +13,20 @@ from hypothesis import strategies as st
 from PIL import Image
 from typer.testing import CliRunner
 
-from benchmark import catalogue, varints
-from benchmark.cli import app
-from benchmark.episode import Episode, run
-from benchmark.errors import RightOfWayError, TrajectoryError, UsageError
-from benchmark.film import film
-from benchmark.playback import Replay, recorded
-from benchmark.record import Record
-from benchmark.recorder import Recorder
-from benchmark.site import replays
-from benchmark.site.viewer import page
-from benchmark.store import Store
-from benchmark.trajectories import Told, Trajectories
-from benchmark.trajectory_document import document, trajectories
+from benchmark.commands.app import app
+from benchmark.pictures.replay import varints
+from benchmark.pictures.replay.document import document, trajectories
+from benchmark.pictures.replay.film import film
+from benchmark.pictures.replay.page import page
+from benchmark.pictures.replay.recorder import Recorder
+from benchmark.pictures.replay.replay import Replay, recorded
+from benchmark.pictures.replay.trajectories import Told, Trajectories
+from benchmark.plumbing.errors import RightOfWayError, TrajectoryError, UsageError
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.reports.site import replays
+from benchmark.scenario import catalogue
+from benchmark.study.episode import Episode, run
 
 CROSSING = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
 WITH_LIGHTS = dataclasses.replace(CROSSING, controller="traffic-light", rate=None)
@@ -129,7 +130,7 @@ def test_what_does_not_end_well_has_nothing_to_show(monkeypatch: pytest.MonkeyPa
     def skipped(episode: Episode, **_: object) -> Record:
         return episode.record("skipped", reason="too few RVs")
 
-    monkeypatch.setattr("benchmark.playback.run", skipped)
+    monkeypatch.setattr("benchmark.pictures.replay.replay.run", skipped)
     with pytest.raises(TrajectoryError, match="seed 1: nothing to show, skipped: too few RVs"):
         Replay.of(CROSSING)
 
@@ -235,7 +236,7 @@ def test_bad_input_gets_one_message(
 
 def test_a_controller_that_fails_is_named(call: Call, tmp_path: Path) -> None:
     (tmp_path / "bad.py").write_text(
-        "from benchmark.controller import Controller\nclass Bad(Controller):\n"
+        "from benchmark.control.controller import Controller\nclass Bad(Controller):\n"
         "    def reset(self, intersection, seed): pass\n"
         "    def act(self, state): raise ValueError('no idea')\n"
     )

@@ -13,13 +13,13 @@ from test_leaderboard import record, unlucky
 from test_store import filled
 from typer.testing import CliRunner
 
-from benchmark import frame
-from benchmark.cli import app
-from benchmark.errors import RightOfWayError
-from benchmark.plots import comparison, gallery, style, traffic, training, waiting
-from benchmark.plots.data import Data, Wish
-from benchmark.record import Record, Waiting
-from benchmark.store import Store
+from benchmark.commands.app import app
+from benchmark.plumbing.errors import RightOfWayError
+from benchmark.records import table
+from benchmark.records.record import Record, Waiting
+from benchmark.records.store import Store
+from benchmark.reports.plots import comparison, gallery, style, traffic, training, waiting
+from benchmark.reports.plots.data import Data, Wish
 
 ROOT = Path(__file__).parents[1]
 SEEDS = range(1, 8)
@@ -49,7 +49,7 @@ def study(**waits: Sequence[float]) -> list[Record]:
 def data(records: Iterable[Record], **wish: Any) -> Data:
     held = list(records)
     return Data(
-        frame.of(held), lambda names: (r for r in held if r.scenario in names), Wish(**wish)
+        table.of(held), lambda names: (r for r in held if r.scenario in names), Wish(**wish)
     )
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from baselines.virtual_signal import VirtualSignal
-from benchmark import plugins
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError
-from benchmark.suite import episodes, run_all
+from benchmark.control import plugins
+from benchmark.plumbing.errors import ControllerError
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import episodes, run_all
 from tests.conftest import smoke
 
 
@@ -193,7 +193,9 @@ BROKEN = {
     "several.py": "\nfrom helper import thing\n",
     "lacks.py": "import not_installed_anywhere\n",
     "deep.py": "def f():\n    raise OSError('deep')\n\nf()\n",
-    "abstract.py": "from benchmark.controller import Controller\nclass Mine(Controller): ...\n",
+    "abstract.py": (
+        "from benchmark.control.controller import Controller\nclass Mine(Controller): ...\n"
+    ),
 }
 
 
@@ -201,8 +203,11 @@ BROKEN = {
     ("name", "message"),
     [
         ("mine.py:Mime", 'mine.py has no Mime; did you mean "Mine"?'),
-        ("mine.py:Unfinished", '"mine.py:Unfinished" is not a benchmark.controller.Controller'),
-        ("mine.py:count", '"mine.py:count" is not a benchmark.controller.Controller'),
+        (
+            "mine.py:Unfinished",
+            '"mine.py:Unfinished" is not a benchmark.control.controller.Controller',
+        ),
+        ("mine.py:count", '"mine.py:count" is not a benchmark.control.controller.Controller'),
         ("absent.py:Mine", "absent.py: cannot read the controller: No such file or directory"),
         ("syntax.py:Mine", "SyntaxError: invalid syntax (syntax.py:1)"),
         ("name.py:Mine", "NameError: name 'undefined' is not defined (name.py:3)"),

@@ -9,14 +9,17 @@ import pytest
 from test_leaderboard import record
 from test_regression_report import MADE
 
-from benchmark import catalogue, episode, provenance, reference, suite_file
-from benchmark.episode import Episode
-from benchmark.errors import StoreError, UsageError
-from benchmark.git_state import git_state
-from benchmark.record import Record
-from benchmark.statistics import ENOUGH
-from benchmark.store import Store
-from benchmark.suite import episodes
+from benchmark.plumbing.errors import StoreError, UsageError
+from benchmark.plumbing.git_state import git_state
+from benchmark.records import provenance, reference
+from benchmark.records.record import Record
+from benchmark.records.statistics import ENOUGH
+from benchmark.records.store import Store
+from benchmark.scenario import catalogue
+from benchmark.study import episode
+from benchmark.study import suite as suite_file
+from benchmark.study.episode import Episode
+from benchmark.study.episodes import episodes
 
 SHIPPED = Path(__file__).parents[1] / "results" / "reference"
 REMEDY = "regenerate with `make reference`"

@@ -19,14 +19,14 @@ from plugins import install
 from test_regression import BASE, runs, scaled
 from test_regression_report import MADE
 
-from benchmark import reference
-from benchmark.cli import main
+from benchmark.commands.app import main
 from benchmark.commands.regress import parse_limit
-from benchmark.episode import Episode
-from benchmark.errors import UsageError
-from benchmark.local import LocalPool
-from benchmark.record import Record
-from benchmark.store import Store
+from benchmark.plumbing.errors import UsageError
+from benchmark.records import reference
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.study.episode import Episode
+from benchmark.study.pool import LocalPool
 
 COMMAND = Path(sys.executable).parent / "rightofway"
 SUITE = {

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_leaderboard import junction, record, unlucky
 
-from benchmark.columns import COLUMNS, Column
-from benchmark.record import Record
-from benchmark.regression import Comparison, Row, Verdict, compare, judge
-from benchmark.statistics import ENOUGH
+from benchmark.records.measures import COLUMNS, Column
+from benchmark.records.record import Record
+from benchmark.records.regression import Comparison, Row, Verdict, compare, judge
+from benchmark.records.statistics import ENOUGH
 
 KEYS = {column.key: column for column in COLUMNS}
 WAITING, THROUGHPUT = KEYS["average_waiting_time"], KEYS["throughput"]

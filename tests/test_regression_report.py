@@ -9,10 +9,10 @@ from rich.console import Console
 from test_leaderboard import record, unlucky
 from test_regression import BASE, THROUGHPUT, WAITING, compared, runs, scaled
 
-from benchmark.columns import COLUMNS
-from benchmark.provenance import Git, Provenance
-from benchmark.regression import Comparison, Verdict, compare
-from benchmark.regression_report import document, junit, markdown, terminal, words
+from benchmark.records.measures import COLUMNS
+from benchmark.records.provenance import Git, Provenance
+from benchmark.records.regression import Comparison, Verdict, compare
+from benchmark.reports.regression import document, junit, markdown, terminal, words
 
 EVIL = "no | idea\n<b onclick=x>\x1b[31m\x00 `rm` &amp; [x](y) \ud7ff"
 NAME = "c?green=5&clearance=4"

@@ -11,11 +11,12 @@ import pytest
 from conftest import shipped, smoke
 from test_action_log import head_of, sealed
 
-from benchmark import action_log, plugins, replay
-from benchmark.actions import Action
-from benchmark.episode import Episode
-from benchmark.record import Record
-from benchmark.suite import run_all
+from benchmark.control import plugins
+from benchmark.records.record import Record
+from benchmark.study import action_log, rescoring
+from benchmark.study.actions import Action
+from benchmark.study.episode import Episode
+from benchmark.study.episodes import run_all
 
 COMMAND = Path(sys.executable).parent / "rightofway"
 KINDS = {  # controllers of every sort of command
@@ -29,7 +30,7 @@ KINDS = {  # controllers of every sort of command
 
 def logged(folder: Path, controller: str) -> tuple[Record, Path]:
     episode = Episode(smoke("asymmetric"), controller, KINDS[controller], 4)
-    record = replay.run_logged(episode, folder)
+    record = rescoring.run_logged(episode, folder)
     return record, folder / action_log.name_of(record.episode)
 
 
@@ -40,17 +41,17 @@ def test_a_record_comes_out_of_its_log_without_the_controller(
     record, path = logged(tmp_path, controller)
     monkeypatch.setattr(plugins, "find", None)  # nobody looks for it
     log = action_log.read(path)
-    again = replay.score(replay.LoggedEpisode.of(log))
+    again = rescoring.score(rescoring.LoggedEpisode.of(log))
     assert record.status == "ok"
     assert log.record == record
     assert again.model_copy(update={"wall_time": record.wall_time}) == record
-    assert replay.differences(record, again) == []
-    assert replay.versions_differ(record, again) is None
+    assert rescoring.differences(record, again) == []
+    assert rescoring.versions_differ(record, again) is None
 
 
 def test_a_log_takes_as_little_room_as_the_docs_say(tmp_path: Path) -> None:
     for controller, most in (("virtual-signal", 25_000), ("time-windows", 60_000)):
-        replay.run_logged(Episode(shipped("colorado-springs/334"), controller, 0.6, 1), tmp_path)
+        rescoring.run_logged(Episode(shipped("colorado-springs/334"), controller, 0.6, 1), tmp_path)
         (path,) = tmp_path.iterdir()
         assert path.stat().st_size < most  # docs/submissions.md
         path.unlink()
@@ -61,8 +62,8 @@ def test_another_command_makes_another_record(tmp_path: Path) -> None:
     turned = {"go": "stop", "stop": "go"}
     actions = [Action(*row) for row in polars.read_parquet(path).iter_rows()]
     sealed(path, action_log.frame([a._replace(command=turned[a.command]) for a in actions]))
-    again = replay.score(replay.LoggedEpisode.of(action_log.read(path)))
-    found = replay.differences(record, again)
+    again = rescoring.score(rescoring.LoggedEpisode.of(action_log.read(path)))
+    found = rescoring.differences(record, again)
     assert any(one.startswith("junctions.intersection.average_waiting_time: ") for one in found)
     assert all(" there, " in one and one.endswith(" now") for one in found)
 
@@ -70,14 +71,14 @@ def test_another_command_makes_another_record(tmp_path: Path) -> None:
 def test_versions_are_told_apart_from_figures() -> None:
     one = Episode(smoke("tee"), "c", 0.5, 1).record("ok")
     other = one.model_copy(update={"versions": one.versions.model_copy(update={"sumo": "1.27"})})
-    assert replay.differences(one, other) == []
-    assert replay.versions_differ(other, one) == f"sumo 1.27 there, {one.versions.sumo} now"
+    assert rescoring.differences(one, other) == []
+    assert rescoring.versions_differ(other, one) == f"sumo 1.27 there, {one.versions.sumo} now"
 
 
 def test_an_episode_that_does_not_end_well_leaves_no_log(tmp_path: Path) -> None:
     skipped = replace(Episode(smoke("tee"), "traffic-light", None, 1))
     unlit = skipped.scenario.model_copy(update={"signal": None})
-    record = replay.run_logged(replace(skipped, scenario=unlit), tmp_path)
+    record = rescoring.run_logged(replace(skipped, scenario=unlit), tmp_path)
     assert record.status == "skipped"
     assert list(tmp_path.iterdir()) == []
 
@@ -162,6 +163,6 @@ def test_log_actions_into_a_folder_that_cannot_be_is_one_message(
 
 def test_workers_score_logs_side_by_side(results: Path) -> None:
     logs = [action_log.read(one) for one in (results / "actions").iterdir()]
-    episodes = [replay.LoggedEpisode.of(log) for log in logs]
-    again = {one.episode: one for one in run_all(episodes, 2, work=replay.score)}
-    assert all(replay.differences(log.record, again[log.record.episode]) == [] for log in logs)
+    episodes = [rescoring.LoggedEpisode.of(log) for log in logs]
+    again = {one.episode: one for one in run_all(episodes, 2, work=rescoring.score)}
+    assert all(rescoring.differences(log.record, again[log.record.episode]) == [] for log in logs)

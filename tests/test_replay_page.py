@@ -9,9 +9,9 @@ from browser import Visit, accessibility_violations, wider_than_its_window
 from msgspec.structs import replace
 from playwright.sync_api import Page, expect
 
-from benchmark import catalogue
-from benchmark.episode import Episode
-from benchmark.playback import Replay, recorded
+from benchmark.pictures.replay.replay import Replay, recorded
+from benchmark.scenario import catalogue
+from benchmark.study.episode import Episode
 
 ONE = Episode(catalogue.one("smoke/crossing@3000"), "virtual-signal", 0.5, 1)
 EVIL = "<script>document.title = 'caught'</script>"

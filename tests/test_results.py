@@ -8,13 +8,18 @@ from statistics import mean, stdev
 
 import pytest
 
-from benchmark import catalogue, cost, episode, leaderboard, plugins, suite_file, tables
-from benchmark.paper import missing, published, report
-from benchmark.paper.reductions import against, summary
-from benchmark.paper.samples import Samples
-from benchmark.record import Record
-from benchmark.statistics import estimates
-from benchmark.store import Store
+from baselines.paper import missing, published, report
+from baselines.paper.reductions import against, summary
+from baselines.paper.samples import Samples
+from benchmark.control import plugins
+from benchmark.records import leaderboard
+from benchmark.records.record import Record
+from benchmark.records.statistics import estimates
+from benchmark.records.store import Store
+from benchmark.reports import tables
+from benchmark.scenario import catalogue
+from benchmark.study import cost, episode
+from benchmark.study import suite as suite_file
 
 ROOT = Path(__file__).parents[1]
 RATES = [rate / 10 for rate in range(1, 11)]

@@ -8,10 +8,11 @@ from conftest import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import frame, resume
-from benchmark.episode import Episode
-from benchmark.outcome import Outcome
-from benchmark.record import Record
+from benchmark.records import table
+from benchmark.records.record import Record
+from benchmark.study import resume
+from benchmark.study.episode import Episode
+from benchmark.study.outcome import Outcome
 
 ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
 
@@ -19,7 +20,7 @@ ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
 def held(
     chosen: list[Episode], records: list[Record]
 ) -> tuple[list[tuple[Episode, Outcome]], list[Episode]]:
-    return resume.held(chosen, frame.of(records))
+    return resume.held(chosen, table.of(records))
 
 
 def record(status: Any = "ok", **changes: Any) -> Record:

@@ -11,10 +11,10 @@ from conftest import CAR, CONFLICT_FREE, CROSSROADS, crossing, crossroads, state
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from benchmark.controller import Command, Drive, Go, Phase, Stop
-from benchmark.errors import ControllerError
-from benchmark.rules import STOP_MARGIN, Orders, Rules, stopping_speed, undecided
-from benchmark.state import Body, Vehicle
+from benchmark.control.controller import Command, Drive, Go, Phase, Stop
+from benchmark.control.state import Body, Vehicle
+from benchmark.plumbing.errors import ControllerError
+from benchmark.world.rules import STOP_MARGIN, Orders, Rules, stopping_speed, undecided
 
 SIGNALISED = crossroads(phases={"N-C S-C": frozenset({"N-C", "S-C"})})
 REGULATED = CROSSROADS.regulated_movements

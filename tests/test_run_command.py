@@ -290,7 +290,7 @@ def test_every_failure_is_named_with_the_command_that_shows_it_alone(
     out, mine = tmp_path / "my results", tmp_path / "my files" / "mine.py"
     mine.parent.mkdir()
     mine.write_text(
-        "from benchmark.controller import Controller\n"
+        "from benchmark.control.controller import Controller\n"
         "class Mine(Controller):\n"
         "    def __init__(self, word: str = ''): self.word = word\n"
         "    def reset(self, intersection, seed): raise ValueError(self.word)\n"

@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from benchmark import __version__, catalogue, inspection, scaffold, scenario
-from benchmark.errors import UsageError
+from benchmark import __version__
+from benchmark.commands import scaffold
+from benchmark.plumbing.errors import UsageError
+from benchmark.scenario import catalogue, scenario
+from benchmark.sumo import inspection
 
 ROOT = Path(__file__).parents[1]
 

@@ -13,8 +13,8 @@ from conftest import DROP, SCENARIOS, SHIPPED, SMOKE, edited, parsed, shipped
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark.errors import ScenarioError
-from benchmark.scenario import COMPASS, json_schema, load, parse
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.scenario.scenario import COMPASS, json_schema, load, parse
 
 NORTH = "approaches.northbound"
 DRIVER = "vehicles.car.car_following"

@@ -12,9 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
 
-from benchmark import drawing, network, scenario
-from benchmark.errors import UsageError
-from benchmark.scenario_drawing import signal_program, whole
+from benchmark.pictures import axes
+from benchmark.pictures.sheet import signal_program, whole
+from benchmark.plumbing.errors import UsageError
+from benchmark.scenario import scenario
+from benchmark.sumo import network
 
 SMOKE = Path(__file__).parents[1] / "scenarios" / "smoke"
 
@@ -28,11 +30,11 @@ def drawn_words(target: Path) -> list[str]:
     return [text.text or "" for text in root.iter("{http://www.w3.org/2000/svg}text")]
 
 
-def site_of(name: str) -> drawing.Site:
+def site_of(name: str) -> axes.Site:
     loaded = scenario.load(SMOKE / f"{name}.toml")
     built = network.build(loaded)
     junction = next(iter(built.junctions.values()))
-    return drawing.Site(loaded, junction, network.surroundings(built))
+    return axes.Site(loaded, junction, network.surroundings(built))
 
 
 def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
@@ -67,7 +69,7 @@ def test_a_png_is_an_image_with_asphalt_and_every_approach_in_its_colour(tmp_pat
     image = imread(target, format="png")
     assert image.shape[0] > 1000
     assert image.shape[1] > 1000
-    for colour in (drawing.ASPHALT, *drawing.COLOURS.values()):
+    for colour in (axes.ASPHALT, *axes.COLOURS.values()):
         near = np.abs(image[..., :3] - np.array(matplotlib.colors.to_rgb(colour))).max(axis=2)
         assert (near < 0.01).sum() > 500, colour
 
@@ -161,15 +163,15 @@ def test_surroundings_hold_the_roads_that_leave_as_well_as_those_that_enter() ->
 @given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 10)), min_size=1, max_size=8))
 def test_things_in_a_row_never_overlap(things: list[tuple[float, float]]) -> None:
     wanted, sizes = zip(*things, strict=True)
-    centres = drawing.spread(wanted, sizes)
+    centres = axes.spread(wanted, sizes)
     for index in range(len(centres) - 1):
         needed = (sizes[index] + sizes[index + 1]) / 2
         assert centres[index + 1] - centres[index] >= needed - 1e-6
 
 
 def test_a_stretch_is_measured_from_the_end_of_a_line() -> None:
-    line = drawing.points([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
-    part = drawing.stretch(line, near=5.0, far=12.0)
+    line = axes.points([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
+    part = axes.stretch(line, near=5.0, far=12.0)
     assert part is not None
     assert part.tolist() == [[8.0, 0.0], [10.0, 0.0], [10.0, 5.0]]
-    assert drawing.stretch(line, near=20.0, far=30.0) is None
+    assert axes.stretch(line, near=20.0, far=30.0) is None

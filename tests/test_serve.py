@@ -16,11 +16,11 @@ import pytest
 from browser import Visit
 from test_leaderboard import record
 
-from benchmark.errors import UsageError
-from benchmark.site.server import server
-from benchmark.store import Store
+from benchmark.plumbing.errors import UsageError
+from benchmark.records.store import Store
+from benchmark.reports.site.server import server
 
-COMMAND = [sys.executable, "-c", "from benchmark.cli import main; main()"]
+COMMAND = [sys.executable, "-c", "from benchmark.commands.app import main; main()"]
 
 
 def rightofway(folder: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:

@@ -11,12 +11,12 @@ from conftest import SHIPPED, network_of, parsed, shipped, smoke
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import network, signals, sumo_tools
-from benchmark.errors import ScenarioError
-from benchmark.junction import Junction
-from benchmark.network import Network
-from benchmark.scenario import Scenario, Signal
-from benchmark.signals import PhaseSwitch
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.scenario.scenario import Scenario, Signal
+from benchmark.sumo import network, signals, tools
+from benchmark.sumo.junction import Junction
+from benchmark.sumo.network import Network
+from benchmark.sumo.signals import PhaseSwitch
 
 TIMES = {"signal.yellow": 3, "signal.all_red": 2}
 SLIP = {"approaches.westbound.slip_lane": True}
@@ -167,7 +167,7 @@ def test_sumo_takes_the_program(name: str, kind: str, tmp_path: Path) -> None:
     save = f'<timedEvent type="SaveTLSStates" source="intersection" dest="{states}"/>'
     text = signals.program_xml(shipped(name), chosen, found)
     path.write_text(text.replace("</additional>", f"{save}</additional>"))
-    sumo_tools.run("sumo", "-n", str(found.path), "-a", str(path), "--end", "5")
+    tools.run("sumo", "-n", str(found.path), "-a", str(path), "--end", "5")
     shown = {one.attrib["programID"] for one in ElementTree.parse(states).iter("tlsState")}
     assert shown == {kind}
 

@@ -9,13 +9,13 @@ import libsumo
 import pytest
 from conftest import network_of, parsed, shipped
 
-from benchmark import demand, network, signals
-from benchmark.errors import NetworkError, UsageError
-from benchmark.junction import Junction
-from benchmark.network import Network
-from benchmark.scenario import Scenario
-from benchmark.simulation import Simulation
-from benchmark.state import Body
+from benchmark.control.state import Body
+from benchmark.plumbing.errors import NetworkError, UsageError
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import demand, network, signals
+from benchmark.sumo.junction import Junction
+from benchmark.sumo.network import Network
+from benchmark.sumo.simulation import Simulation
 
 CROSSING = parsed({"approaches.northbound.lanes": "R C C L"})
 LIGHT = "intersection"

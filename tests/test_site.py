@@ -9,11 +9,11 @@ from conftest import parsed, smoke
 from playwright.sync_api import Page, expect
 from test_leaderboard import record, unlucky
 
-from benchmark.record import Record
-from benchmark.scenario import Scenario
-from benchmark.scenario_drawing import whole
-from benchmark.site.build import build
-from benchmark.site.contents import Contents
+from benchmark.pictures.sheet import whole
+from benchmark.records.record import Record
+from benchmark.reports.site.build import build
+from benchmark.reports.site.contents import Contents
+from benchmark.scenario.scenario import Scenario
 
 SIGNAL = "traffic-light"
 EVIL = "<script>document.title = 'caught'</script>"

@@ -11,17 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_leaderboard import junction, record, unlucky
 
-from benchmark.columns import COLUMNS
-from benchmark.errors import UsageError
-from benchmark.leaderboard import REFERENCE
-from benchmark.record import Record
-from benchmark.site import charts, intervals, methods, pairs
-from benchmark.site.addresses import slugs
-from benchmark.site.build import MARK, build
-from benchmark.site.contents import MOST_PAIRS, Contents
-from benchmark.site.formulas import FORMULAS
-from benchmark.site.replays import Replay
-from benchmark.statistics import estimates
+from benchmark.plumbing.errors import UsageError
+from benchmark.records.formulas import FORMULAS
+from benchmark.records.leaderboard import REFERENCE
+from benchmark.records.measures import COLUMNS
+from benchmark.records.record import Record
+from benchmark.records.statistics import estimates
+from benchmark.reports.site import charts, intervals, methods, pairs
+from benchmark.reports.site.addresses import slugs
+from benchmark.reports.site.build import MARK, build
+from benchmark.reports.site.contents import MOST_PAIRS, Contents
+from benchmark.reports.site.replays import Replay
 
 EVIL = "<img src=x onerror=alert(1)>"
 

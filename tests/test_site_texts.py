@@ -4,8 +4,8 @@ from pathlib import Path
 
 from conftest import smoke
 
-from benchmark.site import citation, model_card
-from benchmark.site.replays import find
+from benchmark.reports.site import citation, model_card
+from benchmark.reports.site.replays import find
 
 EVIL = "<img src=x onerror=alert(1)>"
 

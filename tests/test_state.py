@@ -10,11 +10,11 @@ from conftest import CAR, CROSSROADS, crossing, crossroads, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark import metrics
-from benchmark.junction import Inside, Junction, ZoneLane
-from benchmark.simulation import Reading
-from benchmark.state import TrafficState, Vehicle
-from benchmark.tracking import Identity, Log, Tracker
+from benchmark.control.state import TrafficState, Vehicle
+from benchmark.sumo.junction import Inside, Junction, ZoneLane
+from benchmark.sumo.simulation import Reading
+from benchmark.world import metrics
+from benchmark.world.tracking import Identity, Log, Tracker
 
 # --- the state -------------------------------------------------------------------------------
 

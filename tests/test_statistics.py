@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmark.statistics import ENOUGH, Estimate, estimates, reductions
+from benchmark.records.statistics import ENOUGH, Estimate, estimates, reductions
 
 VALUES = st.floats(-1e6, 1e6)
 SAMPLE = st.lists(VALUES, min_size=1, max_size=12)

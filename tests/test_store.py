@@ -16,9 +16,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from benchmark.errors import StoreError
-from benchmark.record import Record, Versions, Waiting
-from benchmark.store import Store
+from benchmark.plumbing.errors import StoreError
+from benchmark.records.record import Record, Versions, Waiting
+from benchmark.records.store import Store
 
 VERSIONS = Versions(rightofway="0.1.0", sumo="1.28.0", python="3.11.7")
 

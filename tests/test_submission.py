@@ -18,10 +18,11 @@ import tomli_w
 from plugins import install
 from test_action_log import head_of, sealed
 
-from benchmark import action_log, toml_file
-from benchmark.actions import Action
-from benchmark.errors import BundleError
-from benchmark.submission import contents, manifest, verifying
+from benchmark.admission.submission import contents, manifest, verifying
+from benchmark.plumbing import toml_file
+from benchmark.plumbing.errors import BundleError
+from benchmark.study import action_log
+from benchmark.study.actions import Action
 
 COMMAND = Path(sys.executable).parent / "rightofway"
 Done = subprocess.CompletedProcess[str]

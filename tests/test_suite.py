@@ -10,10 +10,10 @@ import pytest
 from conftest import smoke
 from plugins import install
 
-from benchmark import plugins
-from benchmark.episode import Episode
-from benchmark.errors import ControllerError
-from benchmark.suite import episodes, run_all
+from benchmark.control import plugins
+from benchmark.plumbing.errors import ControllerError
+from benchmark.study.episode import Episode
+from benchmark.study.episodes import episodes, run_all
 
 TIME_LIMIT = 5.0  # s; an episode here takes a tenth of a second, a worker's start one
 DOOMED = {
@@ -77,7 +77,7 @@ def test_an_unknown_controller_is_refused_before_anything_runs() -> None:
     [
         ("exits-on-import", "cannot be imported: SystemExit: set HOSTILE_HOME first"),
         ("misspells-rules", 'rules = \'signal\'; expected "signals" or "robot vehicles"'),
-        ("no-controller", "is not a benchmark.controller.Controller"),
+        ("no-controller", "is not a benchmark.control.controller.Controller"),
     ],
 )
 def test_a_plugin_that_cannot_be_loaded_is_refused_by_name(name: str, reason: str) -> None:

@@ -14,8 +14,9 @@ import pytest
 import tomli_w
 from conftest import PAPER, SCENARIOS, SHIPPED, SMOKE
 
-from benchmark import catalogue, suite_file
-from benchmark.errors import ScenarioError, SuiteError, UsageError
+from benchmark.plumbing.errors import ScenarioError, SuiteError, UsageError
+from benchmark.scenario import catalogue
+from benchmark.study import suite as suite_file
 
 SMALL: Mapping[str, Any] = {
     "scenarios": ["smoke/crossing"],

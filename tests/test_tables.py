@@ -20,11 +20,12 @@ from markdown_it.token import Token
 from rich.console import Console
 from test_leaderboard import SIGNAL, record, unlucky
 
-from benchmark import leaderboard, tables
-from benchmark.columns import COLUMNS
-from benchmark.leaderboard import Row
-from benchmark.record import Record, Waiting
-from benchmark.statistics import Estimate
+from benchmark.records import leaderboard
+from benchmark.records.leaderboard import Row
+from benchmark.records.measures import COLUMNS
+from benchmark.records.record import Record, Waiting
+from benchmark.records.statistics import Estimate
+from benchmark.reports import tables
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMS: tuple[tables.Format, ...] = get_args(tables.Format)

@@ -23,13 +23,13 @@ from baselines.time_windows.ranking import Ranking, Weights
 from baselines.time_windows.reservations import Ledger, Margins
 from baselines.time_windows.stretches import SPACING, lane_conflicts, movement_conflicts
 from baselines.time_windows.watched import watched
-from benchmark import plugins
-from benchmark.controller import Drive
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError, UsageError
-from benchmark.intersection import Way
-from benchmark.state import Crossing, TrafficState, Vehicle
-from benchmark.suite import episodes
+from benchmark.control import plugins
+from benchmark.control.controller import Drive
+from benchmark.control.intersection import Way
+from benchmark.control.state import Crossing, TrafficState, Vehicle
+from benchmark.plumbing.errors import ControllerError, UsageError
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import episodes
 
 WHERE = drawn()
 CONFLICTS = lane_conflicts(WHERE, 2.8)

@@ -9,8 +9,8 @@ import tomli_w
 from conftest import DROP, edited
 
 from baselines.time_windows import tune
-from benchmark.errors import UsageError
 from benchmark.learning.run import Options
+from benchmark.plumbing.errors import UsageError
 
 SMALL = (
     *("scenarios=['smoke/crossing']", "rates=[0.6]", "reference='traffic-light'", "trials=3"),

@@ -17,10 +17,10 @@ from conftest import smoke
 from safetensors.numpy import load_file
 
 from baselines.wang.policy import Greedy
-from benchmark.errors import UsageError
 from benchmark.learning.rollout import Rollout, play
 from benchmark.learning.run import Folder, Options, Table
-from benchmark.statistics import estimates
+from benchmark.plumbing.errors import UsageError
+from benchmark.records.statistics import estimates
 
 COMMAND = str(Path(sys.executable).parent / "rightofway")
 TINY = (

@@ -403,8 +403,8 @@ class Absent:
 
 sys.meta_path.insert(0, Absent())
 from benchmark import catalogue, plugins
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError
+from benchmark.study.episode import Episode, run
+from benchmark.plumbing.errors import ControllerError
 
 (crossing,) = catalogue.find(["smoke/crossing"])
 for name in ("wang", "wang-tuned"):

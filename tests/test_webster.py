@@ -7,10 +7,10 @@ import pytest
 from conftest import CROSSROADS, PAPER, SHIPPED, network_of, parsed, shipped
 from scipy.optimize import minimize_scalar
 
-from benchmark import signals, webster
-from benchmark.intersection import Intersection
-from benchmark.scenario import COMPASS, Scenario, Signal
-from benchmark.webster import LaneGroup
+from benchmark.control.intersection import Intersection
+from benchmark.scenario.scenario import COMPASS, Scenario, Signal
+from benchmark.sumo import signals, webster
+from benchmark.sumo.webster import LaneGroup
 
 KRAUSS = {"model": "Krauss", "headway": 1.0, "minimum_gap": 2.5}
 

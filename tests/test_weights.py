@@ -14,10 +14,10 @@ from safetensors.numpy import save_file
 from baselines import first_come
 from baselines.wang import controller
 from baselines.wang.policy import HIDDEN, shapes
-from benchmark.episode import Episode, run
-from benchmark.errors import ControllerError
-from benchmark.learning.seeds import FIRST_TRAINING_SEED, declared
+from benchmark.control.training import FIRST_TRAINING_SEED, declared
 from benchmark.learning.weights import digest, load, save
+from benchmark.plumbing.errors import ControllerError
+from benchmark.study.episode import Episode, run
 
 SHAPES = {"a": (3, 2), "b": (4,)}
 REMEDY = "train again"
@@ -163,7 +163,7 @@ def test_the_command_says_once_that_its_weights_are_damaged(tmp_path: Path) -> N
     path.write_bytes(b"nonsense")
     done = subprocess.run(
         [
-            *(sys.executable, "-c", "from benchmark.cli import main; main()"),
+            *(sys.executable, "-c", "from benchmark.commands.app import main; main()"),
             *("run", "smoke/crossing", "--controller", "wang", "--rate", "0.5", "--seeds", "1"),
             *("--out", str(tmp_path / "out")),
         ],

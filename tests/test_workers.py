@@ -5,7 +5,7 @@ import sys
 
 SCRIPT = """
 import os, signal
-from benchmark.workers import pool
+from benchmark.plumbing.processes import pool
 
 if __name__ == "__main__":
     heard = []

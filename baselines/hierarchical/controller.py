@@ -9,10 +9,10 @@ from baselines.hierarchical.observation import SIZE, LateralObserver
 from baselines.hierarchical.policy import Observer
 from baselines.hierarchical.safety import with_braking
 from baselines.wang.controller import Wang
-from benchmark.controller import Command, Go
-from benchmark.intersection import Intersection
-from benchmark.rules import can_stop, held_by_conflict
-from benchmark.state import TrafficState, Vehicle
+from benchmark.control.controller import Command, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
+from benchmark.world.rules import can_stop, held_by_conflict
 
 
 class Hierarchical(Hierarchy):

@@ -19,11 +19,11 @@ from baselines.hierarchical.policy import (
     Random,
     shapes,
 )
-from benchmark.controller import Command, Controller, Drive
-from benchmark.intersection import Intersection
-from benchmark.learning.seeds import declared
+from benchmark.control.controller import Command, Controller, Drive
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
+from benchmark.control.training import declared
 from benchmark.learning.weights import Weights, load
-from benchmark.state import TrafficState, Vehicle
 
 SHIPPED = Path(__file__).parent / "weights"
 HIDDEN = (64, 64)

@@ -7,9 +7,9 @@ import numpy as np
 
 from baselines.hierarchical.observation import beside
 from baselines.time_windows.queues import Queue
-from benchmark.intersection import Intersection
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import STATIONARY, TrafficState, Vehicle
 from benchmark.learning.observation import Numbers
-from benchmark.state import STATIONARY, TrafficState, Vehicle
 
 FAR = 100.0  # m, observed as 1
 FAST = 20.0  # m/s, observed as 1

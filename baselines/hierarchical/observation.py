@@ -5,9 +5,9 @@ from typing import Literal
 
 import numpy as np
 
-from benchmark.intersection import Intersection
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers, Observer, size
-from benchmark.state import TrafficState, Vehicle
 
 SIZE = size("paper") + 2
 Side = Literal[-1, 0, 1]

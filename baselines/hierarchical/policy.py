@@ -6,8 +6,8 @@ from typing import Protocol
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers
-from benchmark.state import TrafficState, Vehicle
 
 RIGHT = float(np.float32(0.33))  # actions are float32
 LEFT = -RIGHT

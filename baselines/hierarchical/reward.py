@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from benchmark.state import STATIONARY, TrafficState, Vehicle
+from benchmark.control.state import STATIONARY, TrafficState, Vehicle
 
 
 class Reward(BaseModel):

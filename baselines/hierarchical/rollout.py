@@ -14,10 +14,10 @@ from baselines.hierarchical.hierarchy import Hierarchy
 from baselines.hierarchical.policy import Network, Observer
 from baselines.hierarchical.reward import Earnings, Reward
 from baselines.hierarchical.tuned import HierarchicalTuned
+from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers
 from benchmark.learning.traffic import GRIDLOCK_AFTER, Traffic
-from benchmark.scenario import Scenario
-from benchmark.state import TrafficState, Vehicle
+from benchmark.scenario.scenario import Scenario
 
 KINDS: Mapping[str, type[Hierarchy]] = {
     kind.NAME: kind for kind in (Hierarchical, HierarchicalTuned)

@@ -2,7 +2,7 @@
 
 import math
 
-from benchmark.state import Vehicle
+from benchmark.control.state import Vehicle
 
 ZONES = ((5.0, 0.0), (10.0, 1.0), (20.0, 2.0), (30.0, 3.0))
 """Up to which distance to the entrance [m] which speed limit holds [m/s]; the nearest first."""

@@ -18,8 +18,6 @@ from stable_baselines3 import PPO
 from baselines.hierarchical import ppo
 from baselines.hierarchical.reward import Reward
 from baselines.hierarchical.rollout import KINDS, Played, Rollout, play
-from benchmark import catalogue
-from benchmark.errors import UsageError
 from benchmark.learning.course import Course
 from benchmark.learning.run import (
     Folder,
@@ -34,8 +32,10 @@ from benchmark.learning.run import (
     validation_episodes,
 )
 from benchmark.learning.traffic import GRIDLOCK_AFTER
-from benchmark.scenario import Scenario
-from benchmark.workers import result_of, working
+from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.processes import result_of, working
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     from pebble import ProcessPool

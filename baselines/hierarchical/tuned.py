@@ -7,9 +7,9 @@ from baselines.hierarchical.hierarchy import Hierarchy, Low, Training
 from baselines.hierarchical.local_observation import SIZE, LocalObserver
 from baselines.time_windows.controller import TimeWindows
 from baselines.time_windows.queues import can_stop, to_the_line
-from benchmark.controller import Command
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState, Vehicle
+from benchmark.control.controller import Command
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
 
 BRAKING = 1.0
 """With which refused RVs brake [m/s2]; waited less than ``time-windows`` on validation seeds."""

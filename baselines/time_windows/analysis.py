@@ -11,8 +11,8 @@ import typer
 from tabulate import tabulate
 
 from baselines.time_windows.watched import watched
-from benchmark import catalogue
-from benchmark.scenario import Scenario
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
 
 LED, UNLED = "HVs behind an RV", "HVs that no RV led"
 

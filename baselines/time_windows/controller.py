@@ -12,9 +12,9 @@ from baselines.time_windows.queues import Platoon, Queue, survey, to_the_line
 from baselines.time_windows.ranking import Ranking, Weights
 from baselines.time_windows.reservations import Ledger, Margins
 from baselines.time_windows.stretches import lane_conflicts, movement_conflicts
-from benchmark.controller import Command, Controller, Drive
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState, Vehicle
+from benchmark.control.controller import Command, Controller, Drive
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
 
 SLOT = 1.0  # s between two later slots
 

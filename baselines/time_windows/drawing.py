@@ -10,9 +10,11 @@ import typer
 
 from baselines.time_windows.stretches import Conflicts
 from baselines.time_windows.watched import Watched, watched
-from benchmark import catalogue, geometry, network
-from benchmark.errors import UsageError
-from benchmark.scenario import Scenario
+from benchmark.pictures import geometry
+from benchmark.plumbing.errors import UsageError
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +56,7 @@ def draw(scenario: Scenario, rate: float, seed: int, target: Path) -> None:
 
 def _plan(axes: "Axes", scenario: Scenario, conflicts: Conflicts, pair: tuple[int, int]) -> None:
     """The intersection with two ways and the stretches on which they meet."""
-    from benchmark import drawing
+    from benchmark.pictures import axes as drawing
 
     roads = network.build(scenario)
     (junction,) = roads.junctions.values()

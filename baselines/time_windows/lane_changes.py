@@ -5,8 +5,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Literal
 
 from baselines.time_windows.queues import Queue
-from benchmark.intersection import Intersection, Lane
-from benchmark.state import Vehicle
+from benchmark.control.intersection import Intersection, Lane
+from benchmark.control.state import Vehicle
 
 Side = Literal[-1, 1]
 SIDES: tuple[Side, Side] = (1, -1)  # left, right

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baselines.time_windows.stretches import Conflicts, Numbers
-from benchmark.state import Crossing, Vehicle
+from benchmark.control.state import Crossing, Vehicle
 
 PASSED = -1e6  # s, a window that lies behind; finite, so that differences of times stay numbers
 

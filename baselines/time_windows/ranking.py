@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from baselines.time_windows.queues import Queue
-from benchmark.intersection import Intersection
-from benchmark.state import Vehicle
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import Vehicle
 
 
 class Weights(NamedTuple):

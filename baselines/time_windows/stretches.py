@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from benchmark.intersection import Intersection, Movement, Way
+from benchmark.control.intersection import Intersection, Movement, Way
 
 SPACING = 0.25  # m between the places at which two ways are compared
 

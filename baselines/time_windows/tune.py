@@ -16,9 +16,7 @@ from optuna.trial import TrialState
 from pydantic import Field, NonNegativeFloat, model_validator
 
 from baselines.time_windows.controller import TimeWindows
-from benchmark import catalogue, outcome, plugins, suite
-from benchmark.episode import Episode, run
-from benchmark.errors import UsageError
+from benchmark.control import plugins
 from benchmark.learning.run import (
     VALIDATION_SEEDS,
     Folder,
@@ -30,10 +28,15 @@ from benchmark.learning.run import (
     bar,
     read_settings,
 )
-from benchmark.record import Record
-from benchmark.scenario import Scenario
-from benchmark.validation import nearest
-from benchmark.workers import working
+from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.messages import nearest
+from benchmark.plumbing.processes import working
+from benchmark.records.record import Record
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
+from benchmark.study import episodes as suite
+from benchmark.study import outcome
+from benchmark.study.episode import Episode, run
 
 if TYPE_CHECKING:
     from pebble import ProcessPool

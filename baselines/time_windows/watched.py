@@ -10,10 +10,10 @@ from baselines.time_windows.controller import Decisions, TimeWindows
 from baselines.time_windows.queues import survey
 from baselines.time_windows.reservations import Ledger, members
 from baselines.time_windows.stretches import Conflicts
-from benchmark.controller import Command
-from benchmark.scenario import Scenario
-from benchmark.state import STATIONARY, Crossing, TrafficState, Vehicle
-from benchmark.world import World
+from benchmark.control.controller import Command
+from benchmark.control.state import STATIONARY, Crossing, TrafficState, Vehicle
+from benchmark.scenario.scenario import Scenario
+from benchmark.world.world import World
 
 Span = tuple[float, float]  # from and to
 

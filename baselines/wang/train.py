@@ -17,8 +17,6 @@ from pydantic import Field, PositiveInt, field_validator
 
 from baselines.wang.dqn import DuelingPolicy, PrioritisedReplay, SpacesOnly, WangDQN
 from baselines.wang.policy import HIDDEN, Greedy, shapes
-from benchmark import catalogue
-from benchmark.errors import UsageError
 from benchmark.learning.course import Course, arrays, tensors
 from benchmark.learning.observation import Layout, size
 from benchmark.learning.rollout import Played, Rollout, Workers
@@ -35,8 +33,10 @@ from benchmark.learning.run import (
 )
 from benchmark.learning.traffic import Reward
 from benchmark.learning.weights import Arrays
-from benchmark.scenario import Scenario
-from benchmark.workers import result_of
+from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.processes import result_of
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
 
 HERE = Path(__file__).parent
 

@@ -1,1 +1,1 @@
-"""The longer subcommands of ``rightofway``, a file each; ``benchmark.cli`` gathers them."""
+"""The command ``rightofway``: a file a subcommand, which parses, calls and prints."""

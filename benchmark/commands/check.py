@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.conformance import Result
+    from benchmark.admission.conformance import Result
 
 CONTROLLER = "controller"  # the word that turns what follows into controllers
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
@@ -51,8 +51,8 @@ def check(
 def _check_scenarios(references: Sequence[str]) -> None:
     from rich.table import Table
 
-    from benchmark import catalogue
-    from benchmark.inspection import inspect
+    from benchmark.scenario import catalogue
+    from benchmark.sumo.inspection import inspect
 
     for one in catalogue.find(references):
         found = inspect(one)
@@ -77,8 +77,8 @@ def _check_scenarios(references: Sequence[str]) -> None:
 
 
 def _check_controllers(references: Sequence[str], scenarios: Sequence[str]) -> None:
-    from benchmark import plugins
-    from benchmark.conformance import check_controller
+    from benchmark.admission.conformance import check_controller
+    from benchmark.control import plugins
 
     found = [plugins.find(one) for one in dict.fromkeys(references)]  # all, before any is run
     failed = 0

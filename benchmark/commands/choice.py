@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmark.commands import console
-from benchmark.errors import ScenarioError, UsageError
-from benchmark.isolation.limits import DEFAULT, Limits
+from benchmark.control.isolation.limits import DEFAULT, Limits
+from benchmark.plumbing.errors import ScenarioError, UsageError
 
 if TYPE_CHECKING:
-    from benchmark.episode import Episode
+    from benchmark.study.episode import Episode
 
 LARGEST_SEED = 2**31 - 1  # of SUMO
 PAPER = "colorado-springs"
@@ -25,7 +25,9 @@ def choose(
     limits: Limits = DEFAULT,
 ) -> "list[Episode]":
     """The episodes that were asked for; what was left open is the suite's, or the default."""
-    from benchmark import catalogue, suite, suite_file
+    from benchmark.scenario import catalogue
+    from benchmark.study import episodes
+    from benchmark.study import suite as suite_file
 
     declared = suite_file.find(references)
     if declared is None:
@@ -41,7 +43,7 @@ def choose(
         rates = rates or declared.rates or ()
         seeds = seeds or range(1, (declared.seeds or 0) + 1)
     once = dict.fromkeys
-    return suite.episodes(
+    return episodes.episodes(
         scenarios,
         list(once(controllers)),
         list(once(rates)) or None,
@@ -57,7 +59,7 @@ def _name_slips(references: Sequence[str]) -> None:
     Raises:
         UsageError: there is one.
     """
-    from benchmark import plugins
+    from benchmark.control import plugins
 
     for one in references:
         if Path(one).exists():
@@ -70,9 +72,9 @@ def _name_slips(references: Sequence[str]) -> None:
 
 def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
     """All installed controllers but those that cannot be loaded, which are named."""
-    from benchmark import plugins
-    from benchmark.errors import ControllerError
-    from benchmark.isolation.remote import look
+    from benchmark.control import plugins
+    from benchmark.control.isolation.remote import look
+    from benchmark.plumbing.errors import ControllerError
 
     usable = []
     for name in plugins.discovered():

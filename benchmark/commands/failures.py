@@ -7,12 +7,12 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmark import naming
 from benchmark.commands import console
+from benchmark.control import reference
 
 if TYPE_CHECKING:
-    from benchmark.episode import Episode
-    from benchmark.outcome import Outcome
+    from benchmark.study.episode import Episode
+    from benchmark.study.outcome import Outcome
 
 Results = Sequence[tuple["Episode", "Outcome"]]
 
@@ -37,7 +37,7 @@ def report(results: Results, out: Path, time_limit: float) -> None:
         else:
             one = members[0]
             console.notice(
-                f"{told}, such as {naming.place(one.scenario.name, one.rate, one.seed)}: "
+                f"{told}, such as {reference.place(one.scenario.name, one.rate, one.seed)}: "
                 f"{outcome.reason or ''}"
             )
     refusals = Counter(
@@ -49,8 +49,9 @@ def report(results: Results, out: Path, time_limit: float) -> None:
 
 def command(episode: "Episode", out: Path, time_limit: float) -> str:
     """What a user types to run an episode once more, alone."""
-    from benchmark import catalogue, outcome
-    from benchmark.isolation.limits import DEFAULT
+    from benchmark.control.isolation.limits import DEFAULT
+    from benchmark.scenario import catalogue
+    from benchmark.study import outcome
 
     words = ["rightofway", "run", catalogue.reference(episode.scenario)]
     words += ["--controller", episode.controller]

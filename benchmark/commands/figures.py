@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from benchmark.commands import console, output_files
-from benchmark.errors import UsageError
+from benchmark.commands import console
+from benchmark.plumbing import files
+from benchmark.plumbing.errors import UsageError
 
 
 def draw_figures(
@@ -38,11 +39,11 @@ def draw_figures(
     ] = None,
 ) -> None:
     """Draw the figures of a results folder, for print and for the colour-blind; needs no SUMO."""
-    from benchmark.plots import gallery, style
-    from benchmark.plots import training as curves
-    from benchmark.plots.data import Data, Wish
-    from benchmark.store import Store
-    from benchmark.validation import nearest
+    from benchmark.plumbing.messages import nearest
+    from benchmark.records.store import Store
+    from benchmark.reports.plots import gallery, style
+    from benchmark.reports.plots import training as curves
+    from benchmark.reports.plots.data import Data, Wish
 
     chosen = next((one for one in style.FORMATS if one == form), None)
     if chosen is None:
@@ -62,7 +63,7 @@ def draw_figures(
         if count and not asked:
             console.notice(f"{count} more {thing}s are left out; --{thing} chooses")
     target = out or folder / "figures"
-    output_files.make_folder(target)
+    files.make_folder(target)
     written = []
     for kind, path in gallery.write(data, logs, target, chosen, only or ()):
         if path is None:

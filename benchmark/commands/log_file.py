@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from benchmark.commands import console
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
 
 
 @contextmanager

@@ -15,7 +15,7 @@ def controller(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Such as my-controller.")],
 ) -> None:
     """Write a package with a controller that works, its tests and its CI, into ./NAME."""
-    from benchmark import scaffold
+    from benchmark.commands import scaffold
 
     made = scaffold.controller(name, Path())
     typer.echo(f"{made}/ is a package of its own; next:")
@@ -28,7 +28,7 @@ def scenario(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Such as my-scenario.")],
 ) -> None:
     """Write a scenario with comments into ./NAME.toml."""
-    from benchmark import scaffold
+    from benchmark.commands import scaffold
 
     made = scaffold.scenario(name, Path())
     typer.echo(f"{made} is a scenario; next:")

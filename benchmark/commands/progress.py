@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from benchmark.commands import console
 
 if TYPE_CHECKING:
-    from benchmark.episode import Episode
-    from benchmark.record import Record
-    from benchmark.suite import Executor
+    from benchmark.records.record import Record
+    from benchmark.study.episode import Episode
+    from benchmark.study.episodes import Executor
 
 Running = Generator[tuple["Episode", "Record"], None, None]
 

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console, failures, progress, suites
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.episode import Episode
-    from benchmark.git_state import GitState
-    from benchmark.provenance import Provenance
-    from benchmark.record import Record
-    from benchmark.suite_file import Suite
+    from benchmark.plumbing.git_state import GitState
+    from benchmark.records.provenance import Provenance
+    from benchmark.records.record import Record
+    from benchmark.study.episode import Episode
+    from benchmark.study.suite import Suite
 
 app = typer.Typer(
     name="reference",
@@ -47,10 +47,11 @@ def update(
     ] = False,
 ) -> None:
     """Run a suite and make its records the reference; the old one stays until all is done."""
-    from benchmark import outcome, reference
-    from benchmark import suite as runner
-    from benchmark.local import LocalPool
-    from benchmark.workers import cores
+    from benchmark.plumbing.processes import cores
+    from benchmark.records import reference
+    from benchmark.study import episodes as runner
+    from benchmark.study import outcome
+    from benchmark.study.pool import LocalPool
 
     declared = suites.find(suite)
     chosen = suites.episodes_of(declared)
@@ -84,7 +85,7 @@ def _git_state(out: Path, allow_dirty: bool) -> "GitState | None":
     Raises:
         UsageError: something is not committed, and that was not allowed.
     """
-    from benchmark.git_state import git_state
+    from benchmark.plumbing.git_state import git_state
 
     try:
         state = git_state(Path.cwd(), besides=out)
@@ -108,8 +109,8 @@ def _git_state(out: Path, allow_dirty: bool) -> "GitState | None":
 def _provenance(
     name: str, declared: "Suite", records: "Sequence[Record]", state: "GitState | None"
 ) -> "Provenance":
-    from benchmark import provenance
-    from benchmark.provenance import Git, Provenance
+    from benchmark.records import provenance
+    from benchmark.records.provenance import Git, Provenance
 
     git = Git(commit=state.commit, dirty=bool(state.uncommitted)) if state else None
     return Provenance(

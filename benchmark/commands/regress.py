@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, output_files, progress, suites
-from benchmark.errors import UsageError
+from benchmark.commands import console, progress, suites
+from benchmark.plumbing import files as output_files
+from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.columns import Column
-    from benchmark.provenance import Provenance
-    from benchmark.record import Record
-    from benchmark.regression import Comparison
-    from benchmark.scenario import Scenario
-    from benchmark.suite_file import Suite
+    from benchmark.records.measures import Column
+    from benchmark.records.provenance import Provenance
+    from benchmark.records.record import Record
+    from benchmark.records.regression import Comparison
+    from benchmark.scenario.scenario import Scenario
+    from benchmark.study.suite import Suite
 
 LOG_WIDTH = 160  # characters, of logs and pipes
 SUMMARY = "GITHUB_STEP_SUMMARY"  # where GitHub Actions says to append Markdown
@@ -59,8 +60,8 @@ def regress(
 
     Exit codes: 0 fine, 1 something is worse or newly fails, 2 misuse or nothing to compare.
     """
-    from benchmark import reference as references
-    from benchmark import regression
+    from benchmark.records import reference as references
+    from benchmark.records import regression
 
     if records is not None and (out or workers or scenario):
         raise UsageError("--records runs nothing; leave out --out, --workers and --scenario")
@@ -108,8 +109,8 @@ def parse_limit(text: str) -> float:
 
 
 def _columns(names: Sequence[str]) -> "list[Column]":
-    from benchmark.columns import COLUMNS, HEADLINE
-    from benchmark.validation import nearest
+    from benchmark.plumbing.messages import nearest
+    from benchmark.records.measures import COLUMNS, HEADLINE
 
     known = {column.key: column for column in COLUMNS}
     for name in names:
@@ -122,7 +123,7 @@ def _chosen(
     held: "Sequence[Record]", controllers: Sequence[str], declared: "Suite | None"
 ) -> "list[Record]":
     """The reference's records that were asked for."""
-    from benchmark.validation import nearest
+    from benchmark.plumbing.messages import nearest
 
     known = sorted({record.controller for record in held})
     for name in controllers:
@@ -156,13 +157,13 @@ def _of_suite(held: "Sequence[Record]", declared: "Suite") -> "list[Record]":
 
 
 def _scenarios(references: Sequence[str], declared: "Suite | None") -> "list[Scenario]":
-    from benchmark import catalogue
+    from benchmark.scenario import catalogue
 
     return [*catalogue.find(references), *(declared.load_scenarios() if declared else ())]
 
 
 def _read(folder: Path) -> "list[Record]":
-    from benchmark.store import Store
+    from benchmark.records.store import Store
 
     folder = folder.parent if folder.name == "records" else folder
     return Store(folder, notice=console.notice).read()
@@ -172,19 +173,19 @@ def _run_again(
     wanted: "Sequence[Record]", given: "Sequence[Scenario]", workers: int | None, out: Path | None
 ) -> "tuple[list[Record], dict[tuple[str, str], str]]":
     """The new records, and why some scenarios have none."""
-    from benchmark import rerun, suite
-    from benchmark.local import LocalPool
-    from benchmark.store import Store
-    from benchmark.workers import cores
+    from benchmark.plumbing.processes import cores
+    from benchmark.records.store import Store
+    from benchmark.study import episodes, repeats
+    from benchmark.study.pool import LocalPool
 
-    planned = rerun.plan(wanted, given)
+    planned = repeats.plan(wanted, given)
     store = None if out is None else Store(out, notice=console.notice)
     new: list[Record] = []
     try:
         with ExitStack() as stack:
             if store is not None:
                 stack.enter_context(store.writing())
-            suite.prepare(planned.episodes)
+            episodes.prepare(planned.episodes)
             running = progress.run(LocalPool(workers or cores()), planned.episodes)
             for _, record in stack.enter_context(closing(running)):
                 new.append(record)
@@ -198,7 +199,7 @@ def _run_again(
 
 def _show(comparison: "Comparison", wanted: "Sequence[Record]", new: "Sequence[Record]") -> None:
     """Print everything, the outcome last."""
-    from benchmark.regression_report import terminal, words
+    from benchmark.reports.regression import terminal, words
 
     before, now = ({one.versions.sumo for one in held} for held in (wanted, new))
     if now and before != now:
@@ -231,7 +232,7 @@ class _Reports:
         output_files.prepare(one for one in files if one is not None)
 
     def write(self, comparison: "Comparison", made: "Provenance | None") -> None:
-        from benchmark.regression_report import document, junit, markdown
+        from benchmark.reports.regression import document, junit, markdown
 
         text = markdown.markdown(comparison, made.words() if made else "")
         if self.markdown:

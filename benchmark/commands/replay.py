@@ -9,13 +9,13 @@ import typer
 
 from benchmark.commands import console
 from benchmark.commands.choice import LARGEST_SEED
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.action_log import ActionLog
-    from benchmark.playback import Replay
-    from benchmark.record import Record
-    from benchmark.replay import LoggedEpisode
+    from benchmark.pictures.replay.replay import Replay
+    from benchmark.records.record import Record
+    from benchmark.study.action_log import ActionLog
+    from benchmark.study.rescoring import LoggedEpisode
 
 RATE, SEED = 0.5, 1
 PAGE = Path("replay.html")
@@ -91,22 +91,23 @@ def replay(
 
 def _prepare(output: Path | None, films: dict[str, Path | None]) -> None:
     """Make sure that what is asked for can be written, before anything is run."""
-    from benchmark.commands import output_files
-    from benchmark.film import film
+    from benchmark.pictures.replay.film import film
+    from benchmark.plumbing import files
 
     for option, path in films.items():
         if path is not None and film.check_kind(path) != f".{option[2:]}":
             raise UsageError(f"{path}: {option} writes another kind; end its name in .{option[2:]}")
-    output_files.prepare(one for one in (output, *films.values()) if one is not None)
+    files.prepare(one for one in (output, *films.values()) if one is not None)
 
 
 def _watched(
     source: Sequence[str], controllers: Sequence[str], rates: Sequence[float], seed: int
 ) -> "Replay":
-    from benchmark import catalogue, suite
-    from benchmark.errors import TrajectoryError
-    from benchmark.playback import Replay
-    from benchmark.site.viewer import page
+    from benchmark.pictures.replay.page import page
+    from benchmark.pictures.replay.replay import Replay
+    from benchmark.plumbing.errors import TrajectoryError
+    from benchmark.scenario import catalogue
+    from benchmark.study import episodes as suite
 
     if len(source) > 1:
         raise UsageError(f"one scenario at a time, not {len(source)}: {', '.join(source)}")
@@ -127,20 +128,21 @@ def _scored(
     paths: Sequence[Path], workers: int | None, *, wanted: bool
 ) -> "tuple[bool, Replay | None]":
     """Whether all logs come out as they were, and what is to be shown of them."""
-    from benchmark import action_log, replay, suite
-    from benchmark.workers import cores
+    from benchmark.plumbing.processes import cores
+    from benchmark.study import action_log, rescoring
+    from benchmark.study import episodes as suite
 
     logs = {path: action_log.read(_log(path)) for path in dict.fromkeys(paths)}
     for log in logs.values():
-        replay.check_scenario(log)
-    episodes = [replay.LoggedEpisode.of(log) for log in logs.values()]
+        rescoring.check_scenario(log)
+    episodes = [rescoring.LoggedEpisode.of(log) for log in logs.values()]
     suite.prepare(episodes)
     found: dict[object, Record]
     shown = None
     if wanted:
         found, shown = _recorded(episodes)
     else:
-        again = suite.run_all(episodes, workers or cores(), work=replay.score)
+        again = suite.run_all(episodes, workers or cores(), work=rescoring.score)
         found = {record.episode: record for record in again}
     told = [_tell(log, found[log.record.episode]) for log in logs.values()]
     return all(told), shown
@@ -148,8 +150,8 @@ def _scored(
 
 def _log(path: Path) -> Path:
     """A log's path; a scenario without a controller is a slip that deserves its own words."""
-    from benchmark import catalogue
-    from benchmark.errors import ScenarioError
+    from benchmark.plumbing.errors import ScenarioError
+    from benchmark.scenario import catalogue
 
     if path.is_file() and path.suffix != ".toml":
         return path
@@ -163,17 +165,17 @@ def _recorded(
     episodes: "Sequence[LoggedEpisode]",
 ) -> "tuple[dict[object, Record], Replay | None]":
     """The records of logs when they are scored again, and what there is to see of them."""
-    from benchmark import replay
-    from benchmark.playback import Replay
-    from benchmark.recorder import Recorder
-    from benchmark.site.viewer import page
+    from benchmark.pictures.replay.page import page
+    from benchmark.pictures.replay.recorder import Recorder
+    from benchmark.pictures.replay.replay import Replay
+    from benchmark.study import rescoring
 
     page.check_together([one.record("ok") for one in episodes])
     found: dict[object, Record] = {}
     kept = []
     for one in episodes:
         recorder = Recorder()
-        record = replay.score(one, recorder)
+        record = rescoring.score(one, recorder)
         found[record.episode] = record
         if record.status == "ok":
             kept.append(recorder.trajectories(record))
@@ -200,10 +202,10 @@ def _write(
 
 def _tell(log: "ActionLog", again: "Record") -> bool:
     """Say whether a record came out as it was."""
-    from benchmark import replay
+    from benchmark.study import rescoring
 
-    differing = replay.differences(log.record, again)
-    versions = replay.versions_differ(log.record, again)
+    differing = rescoring.differences(log.record, again)
+    versions = rescoring.versions_differ(log.record, again)
     if not differing:
         waits = ", ".join(
             f"{junction.average_waiting_time:.2f} s"

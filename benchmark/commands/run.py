@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, failures, log_file, study, where
+from benchmark.commands import console, failures, log_file, where
 from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
-from benchmark.commands.records import print_leaderboard, write_leaderboard
-from benchmark.errors import UsageError
-from benchmark.isolation.limits import Limits
+from benchmark.commands.leaderboard import print_leaderboard, write_leaderboard
+from benchmark.control.isolation.limits import Limits
+from benchmark.plumbing.errors import UsageError
+from benchmark.study import study
 
 if TYPE_CHECKING:
-    from benchmark.episode import Episode
+    from benchmark.study.episode import Episode
 
 Scenarios = Annotated[
     list[str] | None,
@@ -102,8 +103,10 @@ def run(
 
     What the folder holds already is not run again.
     """
-    from benchmark import action_log, leaderboard, playback
-    from benchmark.store import Store
+    from benchmark.pictures.replay import replay
+    from benchmark.records import leaderboard
+    from benchmark.records.store import Store
+    from benchmark.study import action_log
 
     if seeds and seed:
         raise UsageError("--seeds and --seed exclude each other; give one of them")
@@ -118,7 +121,7 @@ def run(
     )
     _say_what_isolation_lacks(chosen)
     actions = action_log.folder_in(out) if log_actions else None
-    pages = playback.folder_in(out) if record_trajectories else None
+    pages = replay.folder_in(out) if record_trajectories else None
     executor = where.executor(
         workers,
         time_limit,
@@ -145,8 +148,8 @@ def run(
 
 def _say_what_isolation_lacks(chosen: "Sequence[Episode]") -> None:
     """Name what an isolated controller can do on this system all the same."""
-    from benchmark.isolation import sandbox
-    from benchmark.isolation.remote import isolated
+    from benchmark.control.isolation import sandbox
+    from benchmark.control.isolation.remote import isolated
 
     if any(isolated(one.controller, one.isolate) for one in chosen):
         for deed in sandbox.missing():

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.errors import RightOfWayError, ScenarioError, UsageError
+from benchmark.plumbing.errors import RightOfWayError, ScenarioError, UsageError
 
 if TYPE_CHECKING:
-    from benchmark.record import Record
-    from benchmark.scenario import Scenario
+    from benchmark.records.record import Record
+    from benchmark.scenario.scenario import Scenario
 
 HIGHEST_PORT = 65535
 
@@ -31,8 +31,8 @@ def site(
     ] = None,
 ) -> None:
     """Write the results as pages that open from a file; needs SUMO for drawings only."""
-    from benchmark.site import build, replays
-    from benchmark.site.contents import Contents
+    from benchmark.reports.site import build, replays
+    from benchmark.reports.site.contents import Contents
 
     folder = records.parent if records.name == "records" else records
     build.check_target(output)
@@ -51,7 +51,7 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=HIGHEST_PORT, help="0: any free one.")] = 8000,
 ) -> None:
     """Show a site on this machine, and on this machine only."""
-    from benchmark.site.server import server
+    from benchmark.reports.site.server import server
 
     with server(folder, port) as running:
         typer.echo(f"http://127.0.0.1:{running.server_port}/ (Ctrl-C ends it)")
@@ -63,7 +63,7 @@ def serve(
 
 def _read(folder: Path) -> "list[Record]":
     """The records of a results folder; none where it has none yet."""
-    from benchmark.store import Store
+    from benchmark.records.store import Store
 
     store = Store(folder, notice=console.notice)
     if not folder.is_dir():
@@ -78,7 +78,7 @@ def _read(folder: Path) -> "list[Record]":
 
 def _files(records: "Iterable[Record]", given: Iterable[str]) -> "Mapping[str, Scenario]":
     """The scenarios of records by hash, as far as their files are at hand and unchanged."""
-    from benchmark import catalogue
+    from benchmark.scenario import catalogue
 
     found = {one.hash: one for one in catalogue.find(given)}
     wanted = sorted({(record.scenario, record.scenario_hash) for record in records})
@@ -98,7 +98,7 @@ def _drawings(files: "Mapping[str, Scenario]") -> dict[str, dict[str, str]]:
     found = {}
     for scenario_hash, scenario in files.items():
         try:
-            from benchmark.scenario_drawing import whole
+            from benchmark.pictures.sheet import whole
 
             found[scenario_hash] = whole.panels(scenario)
         except ImportError as error:  # of SUMO's packages, which come in only when it is run

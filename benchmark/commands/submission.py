@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, study, suites
+from benchmark.commands import console, suites
 from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
+from benchmark.study import study
 
 if TYPE_CHECKING:
-    from benchmark.submission.verifying import Verification
+    from benchmark.admission.submission.verifying import Verification
 
 COLOURS = {"ok": "green", "noted": "yellow", "failed": "red", "not checked": "yellow"}
 
@@ -58,11 +59,11 @@ def submit(
     workers: Workers = None,
 ) -> None:
     """Run a controller and bundle records, action logs and code for others to verify."""
-    from benchmark import action_log, replay
-    from benchmark.local import LocalPool
-    from benchmark.store import Store
-    from benchmark.submission import making
-    from benchmark.workers import cores
+    from benchmark.admission.submission import making
+    from benchmark.plumbing.processes import cores
+    from benchmark.records.store import Store
+    from benchmark.study import action_log, rescoring
+    from benchmark.study.pool import LocalPool
 
     if scenario and suite:
         raise UsageError("--scenario and --suite exclude each other; give one of them")
@@ -79,7 +80,7 @@ def submit(
         results = Path(place)
         store = Store(results, notice=console.notice)
         actions = action_log.folder_in(results)
-        work = partial(replay.run_logged, folder=actions)
+        work = partial(rescoring.run_logged, folder=actions)
         executor = LocalPool(workers or cores(), work=work)
         with store.writing():
             done = study.run(chosen, executor, store, actions=actions)
@@ -134,9 +135,9 @@ def verify(
 
     Exit code 0: accepted; 1: not accepted, and why; 2: it is no bundle.
     """
-    from benchmark.store import Store
-    from benchmark.submission import verifying
-    from benchmark.workers import cores
+    from benchmark.admission.submission import verifying
+    from benchmark.plumbing.processes import cores
+    from benchmark.records.store import Store
 
     store = Store(out, notice=console.notice) if out else None
     wishes = verifying.Wishes(fresh, fresh_seed or (), run_code, workers or cores())

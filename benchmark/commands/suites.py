@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.episode import Episode
-    from benchmark.suite_file import Suite
+    from benchmark.study.episode import Episode
+    from benchmark.study.suite import Suite
 
 
 def find(name: str) -> "Suite":
@@ -17,8 +17,8 @@ def find(name: str) -> "Suite":
         UsageError: there is none.
         SuiteError: it is not valid.
     """
-    from benchmark import suite_file
-    from benchmark.validation import nearest
+    from benchmark.plumbing.messages import nearest
+    from benchmark.study import suite as suite_file
 
     found = suite_file.find([name])
     if found is None and Path(name).is_file():
@@ -36,9 +36,9 @@ def episodes_of(declared: "Suite") -> "list[Episode]":
     Raises:
         SuiteError: a scenario or controller is not there.
     """
-    from benchmark import suite
+    from benchmark.study import episodes
 
-    return suite.episodes(
+    return episodes.episodes(
         declared.load_scenarios(),
         declared.checked_controllers(),
         declared.rates,

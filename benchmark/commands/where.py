@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchmark.commands import console
-from benchmark.errors import UsageError
+from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.outcome import Work
-    from benchmark.suite import Executor
+    from benchmark.study.episodes import Executor
+    from benchmark.study.outcome import Work
 
 
 class Started(StrEnum):
@@ -46,8 +46,8 @@ def executor(
             logs or replays, which its workers would write where nobody looks.
         ClusterError: the file holds no address.
     """
-    from benchmark.local import LocalPool
-    from benchmark.workers import cores
+    from benchmark.plumbing.processes import cores
+    from benchmark.study.pool import LocalPool
 
     ways = {"--scheduler": scheduler, "--scheduler-file": scheduler_file, "--cluster": cluster}
     named = [way for way, value in ways.items() if value is not None]
@@ -60,8 +60,8 @@ def executor(
             raise UsageError(f"{option} is for episodes of this machine; leave out {named[0]}")
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters we say ourselves
-    from benchmark.cluster import connection
-    from benchmark.cluster.executor import Cluster
+    from benchmark.study.cluster import connection
+    from benchmark.study.cluster.executor import Cluster
 
     if cluster is not None:
         connect = partial(connection.started_here, workers or cores())
@@ -74,8 +74,9 @@ def executor(
 
 def _work(actions: Path | None, pages: Path | None) -> "Work":
     """What a worker does with an episode."""
-    from benchmark import episode, playback, replay
+    from benchmark.pictures.replay import replay as playback
+    from benchmark.study import episode, rescoring
 
     if pages is not None:
         return partial(playback.run_recorded, pages=pages, actions=actions)
-    return partial(replay.run_logged, folder=actions) if actions else episode.run
+    return partial(rescoring.run_logged, folder=actions) if actions else episode.run

@@ -15,10 +15,10 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, make_output_format
 
-from benchmark.errors import UsageError
 from benchmark.learning import weights as files
 from benchmark.learning.run import Folder, Options, Validation, bar, replaced
 from benchmark.learning.weights import Arrays
+from benchmark.plumbing.errors import UsageError
 
 
 class Ended(Protocol):

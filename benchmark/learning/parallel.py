@@ -7,12 +7,12 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from benchmark import catalogue
-from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.run import FIRST_TRAINING_SEED
 from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
-from benchmark.scenario import Scenario
+from benchmark.plumbing.errors import UsageError
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
 
 Agent = str
 

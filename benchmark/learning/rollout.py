@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from benchmark.learning.observation import Layout, Numbers
 from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic
-from benchmark.scenario import Scenario
-from benchmark.workers import end, pool
+from benchmark.plumbing.processes import end, pool
+from benchmark.scenario.scenario import Scenario
 
 Actions = npt.NDArray[np.int64]
 

@@ -17,13 +17,13 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
 
 import benchmark
-from benchmark import interrupts
-from benchmark.errors import UsageError
-from benchmark.learning.seeds import FIRST_TRAINING_SEED as FIRST_TRAINING_SEED
-from benchmark.learning.seeds import VALIDATION_SEEDS as VALIDATION_SEEDS
+from benchmark.control.training import FIRST_TRAINING_SEED as FIRST_TRAINING_SEED
+from benchmark.control.training import VALIDATION_SEEDS as VALIDATION_SEEDS
 from benchmark.learning.traffic import GRIDLOCK_AFTER
-from benchmark.scenario import Scenario
-from benchmark.validation import explain
+from benchmark.plumbing import interrupts
+from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.messages import explain
+from benchmark.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
     import numpy as np

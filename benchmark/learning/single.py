@@ -7,13 +7,13 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from benchmark import catalogue
-from benchmark.errors import UsageError
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.rollout import Policy
 from benchmark.learning.run import FIRST_TRAINING_SEED
 from benchmark.learning.traffic import GO, GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
-from benchmark.scenario import Scenario
+from benchmark.plumbing.errors import UsageError
+from benchmark.scenario import catalogue
+from benchmark.scenario.scenario import Scenario
 
 ID = "RightOfWay/GoStop-v0"
 """The environment's id: ``gymnasium.make(f"benchmark.learning.single:{ID}")``."""

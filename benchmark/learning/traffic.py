@@ -11,16 +11,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from benchmark import demand
-from benchmark.controller import Command, Go, Stop
-from benchmark.errors import ScenarioError, UsageError
-from benchmark.intersection import Intersection
-from benchmark.junction import movement_of
+from benchmark.control.controller import Command, Go, Stop
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import STATIONARY, TrafficState, Vehicle
 from benchmark.learning.observation import Layout, Numbers, Observer
-from benchmark.rules import Orders
-from benchmark.scenario import Scenario
-from benchmark.state import STATIONARY, TrafficState, Vehicle
-from benchmark.world import World
+from benchmark.plumbing.errors import ScenarioError, UsageError
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import demand
+from benchmark.sumo.junction import movement_of
+from benchmark.world.rules import Orders
+from benchmark.world.world import World
 
 STOP, GO = 0, 1
 """The actions."""

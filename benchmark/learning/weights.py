@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchmark.errors import ControllerError
+from benchmark.plumbing.errors import ControllerError
 
 Arrays = Mapping[str, npt.NDArray[np.float32]]
 

@@ -15,11 +15,12 @@ from playwright.sync_api import sync_playwright
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from browser import program
 
-from benchmark import catalogue, suite
-from benchmark.episode import Episode, run
-from benchmark.playback import Replay, recorded
-from benchmark.site.viewer import page
-from benchmark.trajectories import Trajectories
+from benchmark.pictures.replay.page import page
+from benchmark.pictures.replay.replay import Replay, recorded
+from benchmark.pictures.replay.trajectories import Trajectories
+from benchmark.scenario import catalogue
+from benchmark.study import episodes
+from benchmark.study.episode import Episode, run
 
 SECONDS = 5
 COUNT = """() => new Promise((done) => {
@@ -39,7 +40,7 @@ def main() -> None:
         browser = play.chromium.launch(executable_path=program())
         for name in ("229", "332", "334", "449"):
             episode = Episode(catalogue.one(name), "time-windows", 0.6, 1)
-            suite.prepare([episode])
+            episodes.prepare([episode])
             plain, watched, kept = costs(episode)
             path = Replay([kept]).write(Path(folder) / f"{name}.html")
             most, moment = busiest(kept)

@@ -27,17 +27,18 @@ from typing import TYPE_CHECKING
 
 import psutil
 
-from benchmark import catalogue, demand, network
-from benchmark.cluster import connection, environment
-from benchmark.cluster.executor import Cluster
-from benchmark.cluster.stream import Stream
-from benchmark.cluster.worker import Job
-from benchmark.episode import Episode, run
-from benchmark.local import LocalPool
-from benchmark.outcome import Outcome
-from benchmark.record import Record
-from benchmark.store import Store
-from benchmark.suite import Executor, prepare
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.scenario import catalogue
+from benchmark.study.cluster import connection, environment
+from benchmark.study.cluster.executor import Cluster
+from benchmark.study.cluster.stream import Stream
+from benchmark.study.cluster.worker import Job
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import Executor, prepare
+from benchmark.study.outcome import Outcome
+from benchmark.study.pool import LocalPool
+from benchmark.sumo import demand, network
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -6,12 +6,12 @@ import pytest
 from conftest import CROSSROADS, crossing, smoke, state, vehicle
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from benchmark import plugins
-from benchmark.controller import Command
-from benchmark.guard import Guard
-from benchmark.isolation.limits import DEFAULT
-from benchmark.isolation.remote import Remote
-from benchmark.state import TrafficState
+from benchmark.control import plugins
+from benchmark.control.controller import Command
+from benchmark.control.guard import Guard
+from benchmark.control.isolation.limits import DEFAULT
+from benchmark.control.isolation.remote import Remote
+from benchmark.control.state import TrafficState
 
 CONTROLLER = "first-come"  # says Go to every RV that decides: as many commands as there can be
 LIMIT = 1e-3  # s

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
-from benchmark.site.build import build
-from benchmark.site.contents import Contents
-from benchmark.store import Store
+from benchmark.records.store import Store
+from benchmark.reports.site.build import build
+from benchmark.reports.site.contents import Contents
 
 RESULTS = Path(__file__).parents[2] / "results"
 LIMIT = 30.0  # s

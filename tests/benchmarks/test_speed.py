@@ -18,12 +18,14 @@ from pytest_benchmark.fixture import BenchmarkFixture
 
 from baselines.wang.controller import Wang
 from baselines.wang.policy import Greedy
-from benchmark import catalogue, demand, network, plugins, signals, sumo_tools
-from benchmark.episode import Episode, run
+from benchmark.control import plugins
 from benchmark.learning.rollout import Rollout, Workers
-from benchmark.simulation import FLAGS
-from benchmark.suite import episodes, prepare, run_all
-from benchmark.world import World
+from benchmark.scenario import catalogue
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import episodes, prepare, run_all
+from benchmark.sumo import demand, network, signals, tools
+from benchmark.sumo.simulation import FLAGS
+from benchmark.world.world import World
 
 ROUNDS = 9
 SCENARIO = "colorado-springs/334"
@@ -64,7 +66,7 @@ def bare_sumo(seed: int) -> list[str]:
     flags = {flag: value for flag, value in FLAGS.items() if not flag.startswith(UNLIKE_BARE)}
     assert {"--collision.action", "--collision.check-junctions"} <= set(flags)
     return [
-        str(sumo_tools.program("sumo")),
+        str(tools.program("sumo")),
         *("-n", str(roads.path), "-r", str(demand.build(scenario, roads, seed).path)),
         *("-a", str(signals.program_file(scenario, scenario.signal, roads))),
         *("--step-length", f"{evaluation.step:g}", "--end", f"{evaluation.duration:g}"),
@@ -90,7 +92,7 @@ def test_an_episode_takes_little_longer_than_bare_sumo(
     limit: float,
 ) -> None:
     episode = Episode(shipped(SCENARIO), controller, rate, seed=1)
-    command, environment = bare_sumo(seed=1), sumo_tools.environment()
+    command, environment = bare_sumo(seed=1), tools.environment()
     assert worker.submit(run, episode).result().status == "ok"  # all is warm from here on
     bare: list[float] = []
 

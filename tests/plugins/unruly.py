@@ -5,9 +5,9 @@ import socket
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from benchmark.controller import Command, Controller, Go, Stop
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Go, Stop
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
 
 
 class Tame(Controller):
@@ -130,7 +130,7 @@ class Foresees(Tame):
     def reset(self, intersection: Intersection, seed: int) -> None:
         import importlib
 
-        self.demand = importlib.import_module("benchmark.demand")
+        self.demand = importlib.import_module("benchmark.sumo.demand")
         super().reset(intersection, seed)
 
 

@@ -3,7 +3,7 @@
 import ctypes
 
 from baselines.virtual_signal import VirtualSignal
-from benchmark.intersection import Intersection
+from benchmark.control.intersection import Intersection
 
 CLEARANCE = 2.0  # s
 NOISE = 0.0  # s, added on odd seeds and taken away on even ones

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from benchmark.controller import Command, Controller, Drive, Go
-from benchmark.intersection import Intersection
-from benchmark.scenario import Scenario
-from benchmark.scenario_tables import Phase, Signal
-from benchmark.state import TrafficState, Vehicle
+from benchmark.control.controller import Command, Controller, Drive, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState, Vehicle
+from benchmark.scenario.layout import Phase, Signal
+from benchmark.scenario.scenario import Scenario
 
 CREEPING = 0.15  # m/s; slower than 0.1 m/s is stationary
 

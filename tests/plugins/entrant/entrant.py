@@ -3,11 +3,11 @@
 import time
 from collections.abc import Mapping
 
-from benchmark.controller import Command, Controller, Go, Stop
-from benchmark.intersection import Intersection
-from benchmark.record import Training
-from benchmark.scenario import Scenario
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Go, Stop
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
+from benchmark.records.record import Training
+from benchmark.scenario.scenario import Scenario
 
 
 class Entrant(Controller):

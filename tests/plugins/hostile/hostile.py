@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-from benchmark.controller import Command, Controller, Go
-from benchmark.intersection import Intersection
-from benchmark.scenario import Scenario
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
+from benchmark.scenario.scenario import Scenario
 
 
 class Quiet(Controller):

@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from benchmark.controller import Command, Controller, Drive, Go, Phase
-from benchmark.intersection import Intersection
-from benchmark.state import TrafficState
+from benchmark.control.controller import Command, Controller, Drive, Go, Phase
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
 
 BEGIN = 3.0  # s into the episode at which it does its deed
 HERE = Path(__file__).parent
@@ -157,7 +157,7 @@ def hang_up(state: object) -> None:
 
 def patch_benchmark(state: object) -> None:
     """Everybody waits for nothing and every command stands, at least in this process."""
-    rules = importlib.import_module("benchmark.rules")
+    rules = importlib.import_module("benchmark.world.rules")
     rules.Rules.decide = lambda *_: None  # type: ignore[attr-defined]
     rules.held_by_conflict = lambda *_: False  # type: ignore[attr-defined]
     type(state)._waiting = property(lambda self: 0.0)  # type: ignore[attr-defined]

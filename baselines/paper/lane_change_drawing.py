@@ -1,0 +1,114 @@
+"""Draws a lane change that regulates a lane: the approach from above, before and after."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from baselines.paper.lane_change import LaneChange
+from benchmark.control.state import Crossing, TrafficState, Vehicle
+from benchmark.pictures import axes as drawing
+from benchmark.pictures.axes import Site
+from benchmark.pictures.geometry import Points, points, ribbon, stretch
+from benchmark.reports.plots import style
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import network
+
+ROBOT, HUMAN, LANE = "#C1121F", "#8D99A6", "#F0E442"  # red and grey differ in lightness as well
+THICK, THIN = 1.8, 0.5  # points, of outlines
+WIDTH = 1.9  # m of a vehicle
+REACH = 55.0  # m from the middle of the view to its sides
+
+
+def draw(scenario: Scenario, change: LaneChange, target: Path) -> None:
+    """Draw the traffic before and after a lane change; the same change gives the same bytes.
+
+    Args:
+        scenario: where it happened.
+        change: what happened.
+        target: the PNG to write.
+
+    Raises:
+        UsageError: the file cannot be written.
+    """
+    built = network.build(scenario)
+    junction = built.junctions[change.after.intersection.id]
+    site = Site(scenario, junction, network.surroundings(built))
+    with style.styled():
+        figure = Figure(figsize=(7.2, 4.2), facecolor="white", layout="constrained")
+        FigureCanvasAgg(figure)
+        before, after = figure.subplots(1, 2)
+        _panel(before, site, change.before, change, "before")
+        _panel(after, site, change.after, change, "after")
+        _legend(figure)
+        style.save(figure, target)
+
+
+def _panel(axes: Axes, site: Site, state: TrafficState, change: LaneChange, words: str) -> None:
+    x, y = _middle(site, change)
+    axes.set(xlim=(x - REACH, x + REACH), ylim=(y - REACH, y + REACH), xticks=[], yticks=[])
+    axes.set_aspect("equal")
+    axes.set_facecolor(drawing.GROUND)
+    axes.set_title(f"{words}: {state.time:g} s", loc="left")
+    axes.spines[:].set(visible=True, color="#bbbbbb", linewidth=0.8)
+    drawing.draw_asphalt(axes, site, drawing.PALE_ASPHALT)
+    lane = site.intersection.lanes[change.target]
+    axes.add_collection(PolyCollection([ribbon(points(lane.shape), lane.width)], facecolor=LANE))
+    drawing.draw_markings(axes, site)
+    drawing.draw_stop_lines(axes, site)
+    _draw_vehicles(axes, site, state, change.vehicle)
+
+
+def _middle(site: Site, change: LaneChange) -> Points:
+    """The middle of the view: so far upstream that the entrance is near its edge."""
+    lane = points(site.intersection.lanes[change.target].shape)
+    backwards = stretch(lane, 0.0, 0.65 * REACH)
+    assert backwards is not None
+    return np.asarray(backwards[0])
+
+
+def _draw_vehicles(axes: Axes, site: Site, state: TrafficState, changing: str) -> None:
+    present: list[Vehicle | Crossing] = [*state.vehicles, *state.inside]
+    for one in present:
+        part = _place(site, one)
+        if part is not None:
+            edge = THICK if one.id == changing else THIN
+            shape = PolyCollection(
+                [ribbon(part, WIDTH)], edgecolor=style.INK, linewidth=edge, zorder=4
+            )
+            shape.set_facecolor(ROBOT if one.is_robot else HUMAN)
+            axes.add_collection(shape)
+
+
+def _place(site: Site, one: Vehicle | Crossing) -> Points | None:
+    """The centre line of a vehicle from rear to front; None where it is off the drawing."""
+    lanes = site.intersection.lanes
+    if isinstance(one, Vehicle):
+        upstream = site.junction.zone[one.lane].end  # m that lie behind the lane's end
+        line, front = points(site.ground.lanes[one.lane].shape), one.distance - upstream
+    else:
+        ways = site.intersection.movements[one.movement].ways
+        way = next(way for way in ways if way.lane == one.lane)
+        line = np.vstack([points(lanes[one.lane].shape), points(way.shape)[1:]])
+        front = one.way_length - one.position
+    return stretch(line, front, front + one.body.length)
+
+
+def _legend(figure: Figure) -> None:
+    figure.legend(
+        handles=list(_keys()), loc="outside lower center", ncols=4, frameon=False, handlelength=1.6
+    )
+
+
+def _keys() -> Iterator[Patch]:
+    yield Patch(
+        facecolor=ROBOT, edgecolor=style.INK, linewidth=THICK, label="RV that changes lanes"
+    )
+    yield Patch(facecolor=ROBOT, edgecolor=style.INK, linewidth=THIN, label="RV")
+    yield Patch(facecolor=HUMAN, edgecolor=style.INK, linewidth=THIN, label="HV")
+    yield Patch(facecolor=LANE, label="the lane it regulates")

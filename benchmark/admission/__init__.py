@@ -1,0 +1,1 @@
+"""May it take part? The conformance kit, and submissions made and verified."""

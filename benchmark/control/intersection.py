@@ -1,0 +1,108 @@
+"""What an intersection is: lanes, movements, their ways through and what conflicts with what.
+
+Plain facts without SUMO, read from the network by ``benchmark.sumo.network`` and handed to every
+controller when an episode begins.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+Point = tuple[float, float]
+
+REGULATED_TURNS = frozenset("LC")
+"""Turns that can conflict; right turns stay out of it (paper, Intersectional Traffic Flow)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """An incoming lane that ends at the entrance."""
+
+    id: str
+    approach: str
+    index: int  # 0 at the kerb
+    movements: tuple[str, ...]  # ids of the movements it serves
+    length: float  # m
+    width: float  # m
+    speed_limit: float  # m/s
+    shape: tuple[Point, ...]  # m, centre line in driving direction
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """The way of one incoming lane through the intersection."""
+
+    lane: str  # id of the incoming lane
+    exit_lane: str
+    length: float  # m, from the entrance to the exit
+    speed_limit: float  # m/s, of its slowest piece
+    shape: tuple[Point, ...]  # m, centre line in driving direction
+
+
+@dataclass(frozen=True, slots=True)
+class Movement:
+    """An approach and a turn, as in ``E-L``: eastbound left."""
+
+    id: str
+    approach: str
+    turn: str  # "L", "C" or "R"
+    exit: str  # id of the road it leaves on
+    ways: tuple[Way, ...]
+    conflicts: frozenset[str]  # ids of the movements that cross or merge with it
+
+    @property
+    def lanes(self) -> tuple[str, ...]:
+        """Ids of the incoming lanes that serve it."""
+        return tuple(way.lane for way in self.ways)
+
+    @property
+    def regulated(self) -> bool:
+        """Whether it is one of the movements that Go and Stop regulate (left and cross)."""
+        return self.turn in REGULATED_TURNS
+
+
+@dataclass(frozen=True)
+class Intersection:
+    """The facts of one intersection; the same for every controller, rate and seed."""
+
+    id: str
+    control_zone: float  # m
+    decision_zone: float  # m
+    step: float  # s of simulated time between two calls of ``act``
+    lanes: Mapping[str, Lane]
+    movements: Mapping[str, Movement]
+    phases: Mapping[str, frozenset[str]]  # name of a signal phase -> its movements
+
+    @cached_property
+    def regulated_movements(self) -> tuple[str, ...]:
+        """Ids of the left and cross movements, clockwise by approach; eight on four legs."""
+        return tuple(name for name, movement in self.movements.items() if movement.regulated)
+
+    @cached_property
+    def regulated_lanes(self) -> tuple[str, ...]:
+        """Ids of the incoming lanes that serve a left or cross movement."""
+        return tuple(
+            lane.id
+            for lane in self.lanes.values()
+            if any(self.movements[movement].regulated for movement in lane.movements)
+        )
+
+    def conflict(self, one: str, other: str) -> bool:
+        """Whether two regulated movements may not use the intersection together."""
+        return other in self.movements[one].conflicts
+
+    @cached_property
+    def conflict_free_sets(self) -> tuple[frozenset[str], ...]:
+        """The largest sets of regulated movements that may go together (the paper's set C)."""
+        found: list[frozenset[str]] = []
+
+        def grow(chosen: frozenset[str], candidates: tuple[str, ...]) -> None:
+            if not candidates and not any(chosen < other for other in found):
+                found.append(chosen)
+            for index, movement in enumerate(candidates):
+                rest = candidates[index + 1 :]
+                free = tuple(other for other in rest if not self.conflict(movement, other))
+                grow(chosen | {movement}, free)
+
+        grow(frozenset(), self.regulated_movements)
+        return tuple(one for one in found if not any(one < other for other in found))

@@ -1,0 +1,201 @@
+"""The runner's side: a controller in a process of its own, with the interface of a guarded one."""
+
+import os
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TypeVar
+
+from pydantic import ValidationError
+
+from benchmark.control import plugins
+from benchmark.control import reference as naming
+from benchmark.control.controller import Command, Drive, Go, Phase, Stop
+from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Decided, Decides, raised
+from benchmark.control.intersection import Intersection
+from benchmark.control.isolation import channel
+from benchmark.control.isolation.limits import DEFAULT, Limits
+from benchmark.control.isolation.process import Process
+from benchmark.control.isolation.readable import readable
+from benchmark.control.plugins import Plugin
+from benchmark.control.state import TrafficState
+from benchmark.plumbing.errors import ControllerError
+from benchmark.scenario.layout import Signal
+from benchmark.scenario.scenario import Scenario
+
+
+def isolated(reference: str, wish: bool | None) -> bool:
+    """Whether a controller is to be isolated: as wished, else if it is a file's or a module's.
+
+    Raises:
+        ControllerError: it is no reference.
+    """
+    return wish if wish is not None else bool(naming.parse(reference).attribute)
+
+
+def look(
+    reference: str, wish: bool | None = None, limits: Limits = DEFAULT, folder: Path = Path()
+) -> Plugin | channel.Declared:
+    """A controller, or what it says of itself where it is to be isolated and not imported here.
+
+    Args:
+        reference: as ``benchmark.control.plugins.find`` reads it.
+        wish: whether to isolate it; None: if it is not installed.
+        limits: of time and memory.
+        folder: where a file's relative path begins.
+
+    Raises:
+        ControllerError: it cannot be found, imported or isolated.
+    """
+    if not isolated(reference, wish):
+        return plugins.find(reference, folder)
+    return declared(str(naming.parse(reference).placed(folder)), limits)
+
+
+@cache
+def declared(reference: str, limits: Limits) -> channel.Declared:
+    """What a controller's class says of itself, asked in a process of its own.
+
+    Raises:
+        ControllerError: it cannot be found, imported or isolated.
+    """
+    try:
+        with Remote(reference, limits) as controller:
+            return controller.kind
+    except ControllerFailedError as error:
+        raise ControllerError(str(error)) from error
+
+
+class Remote:
+    """An isolated controller; a context manager that ends its process.
+
+    Args:
+        reference: its name, with options as ``benchmark.control.plugins.find`` reads them.
+        limits: of time and memory.
+        path: folders that it is imported from, before all others.
+
+    Raises:
+        ControllerFailedError: from here and from every method, where the controller failed.
+        ControllerError: this system cannot isolate.
+    """
+
+    def __init__(self, reference: str, limits: Limits, path: Sequence[str] = ()) -> None:
+        self._limits = limits
+        self._process = Process()
+        try:
+            self.kind = self._open(reference, path)
+        except BaseException:
+            self._process.close()
+            raise
+
+    def _open(self, reference: str, path: Sequence[str]) -> channel.Declared:
+        reference = str(naming.parse(reference).placed(Path()))
+        doing = f'import of "{naming.label(reference)}"'
+        question = channel.Open(
+            reference,
+            str(Path.cwd()),
+            tuple(path),
+            (*readable(reference), *path),
+            self._limits.memory,
+            os.getpid(),
+        )
+        kind = self._process.ask(question, channel.Declared, doing, self._limits.start)
+        if naming.parse(kind.reference).name != naming.parse(reference).name:
+            raise ControllerFailedError(f'{doing}: it says it is "{kind.reference}"')
+        return kind
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._process.close()
+
+    def guard(self, scenario: Scenario) -> "RemoteGuard":
+        """The controller of an episode on a scenario."""
+        return RemoteGuard(self._process, self.kind, scenario, self._limits)
+
+
+class RemoteGuard:
+    """An episode's controller in another process; see ``benchmark.control.guard.Guard``.
+
+    Args:
+        process: where it runs.
+        kind: what its class says of itself.
+        scenario: what it is to run on; ``unsupported`` says why not, ``signal`` what SUMO runs.
+        limits: of time.
+    """
+
+    def __init__(
+        self, process: Process, kind: channel.Declared, scenario: Scenario, limits: Limits
+    ) -> None:
+        self._process, self.kind, self._limits = process, kind, limits
+        self._left = limits.episode
+        doing = "supports, signal, weights_hash or trained_on"
+        answer = process.ask(channel.Ask.about(scenario), channel.Answer, doing, limits.start)
+        self.unsupported, self.weights_hash = answer.unsupported, answer.weights_hash
+        self.trained_on = _parsed(TRAINED_ON.validate_json, answer.trained_on, doing, "trained_on")
+        self.signal: Signal | None = None
+        if kind.rules == "signals" and self.unsupported is None:
+            self.signal = _parsed(
+                Signal.model_validate_json, answer.signal or "null", doing, "signal"
+            )
+
+    def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
+        """A new episode begins at every junction."""
+        question = channel.Begin(seed, dict(junctions))
+        self._process.ask(question, channel.Begun, "reset", self._limits.start)
+
+    def act(self, junction: str, state: TrafficState, rules: Decides[Decided]) -> Decided:
+        """What the rules make of the controller's commands for the next step."""
+        doing = f"act at {state.time:g} s"
+        question = channel.See(junction, state.time, state.vehicles, state.inside, state.phase)
+        began = clock.perf_counter()
+        answer = self._process.ask(question, channel.Commands, doing, self._limits.step)
+        self._left -= clock.perf_counter() - began
+        if self._left < 0:
+            reason = f"{doing}: its answers took more than {self._limits.episode:g} s together"
+            raise ControllerFailedError(reason, "timed out")
+        commands = dict(map(command, answer.commands))
+        try:
+            return rules.decide(state, commands)
+        except Exception as error:
+            raise raised(doing, error) from error
+
+
+Parsed = TypeVar("Parsed")
+
+
+def _parsed(parse: Callable[[str], Parsed], text: str, doing: str, name: str) -> Parsed:
+    try:
+        return parse(text)
+    except ValidationError as error:
+        reason = f"{doing}: malformed answer: {name}: {error.errors()[0]['msg']}"
+        raise ControllerFailedError(reason) from error
+
+
+class NotACommand:
+    """Stands for what an isolated controller gave instead of a command."""
+
+
+def command(
+    written: channel.GoTo | channel.StopAt | channel.DriveBy | channel.PhaseOf | channel.Foreign,
+) -> tuple[str, Command]:
+    """A target and its command, as they were before they were written down."""
+    match written:
+        case channel.GoTo(target):
+            return target, Go()
+        case channel.StopAt(target):
+            return target, Stop()
+        case channel.DriveBy(target, acceleration, lane_change):
+            return target, Drive(acceleration, lane_change)  # type: ignore[arg-type]
+        case channel.PhaseOf(target, name):
+            return target, Phase(name)
+        case channel.Foreign(target):
+            return target, NotACommand()  # type: ignore[return-value]

@@ -1,0 +1,234 @@
+"""The ground of an intersection on matplotlib axes: asphalt, markings, zones, arrows and flows.
+
+Everything is in metres of the network, x to the east and y to the north.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_rgb
+
+from benchmark.control.intersection import Intersection, Lane, Movement
+from benchmark.pictures import pavement
+from benchmark.pictures.geometry import Frame, Points, curve, directions, points, shifted, stretch
+from benchmark.scenario.layout import COMPASS
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo.junction import Junction
+from benchmark.sumo.network import RoadLane, Surroundings
+from benchmark.sumo.webster import count
+
+COLOURS = dict(zip(COMPASS, ("#0072B2", "#E69F00", "#CC79A7", "#56B4E9"), strict=True))  # Okabe-Ito
+OTHER_COLOUR = "#666666"  # of an approach without a compass name
+GROUND, ASPHALT, PALE_ASPHALT = "#f3f3ee", "#84878c", "#dcdddf"
+PAINT, CENTRE_LINE = "#ffffff", "#f5d76e"
+CONTROL_TINT, DECISION_TINT = 0.38, 0.85  # share of the approach's colour over asphalt
+FLOW_TAIL = 7.0  # m of a flow before the entrance and behind the exit
+FLOW_FILL, FLOW_GAP = 0.7, 0.5  # share of a road's width for its flows, and m between them
+
+
+def colour_of(approach: str) -> str:
+    """The colour of an approach and its movements."""
+    return COLOURS.get(approach, OTHER_COLOUR)
+
+
+def zone_colour(approach: str, tint: float) -> tuple[float, float, float]:
+    """The colour of an approach as if painted thinly on asphalt."""
+    colour, ground = np.array(to_rgb(colour_of(approach))), np.array(to_rgb(ASPHALT))
+    red, green, blue = tint * colour + (1 - tint) * ground
+    return float(red), float(green), float(blue)
+
+
+def spread(wanted: Sequence[float], sizes: Sequence[float]) -> list[float]:
+    """Centres of things in a row, as near to where they are wanted as they fit without overlap."""
+    from scipy.optimize import isotonic_regression
+
+    steps = np.concatenate([[0.0], np.cumsum([(a + b) / 2 for a, b in pairwise(sizes)])])
+    return [float(centre) for centre in isotonic_regression(np.array(wanted) - steps).x + steps]
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A movement's volume as a band through the intersection."""
+
+    movement: str
+    approach: str
+    volume: float  # veh/h
+    width: float  # m
+    line: Points
+    place: float  # m to the right of its approach's frame
+
+
+@dataclass(frozen=True)
+class Site:
+    """One intersection with everything that a drawing of it needs."""
+
+    scenario: Scenario
+    junction: Junction
+    ground: Surroundings
+
+    @property
+    def intersection(self) -> Intersection:
+        """The facts of the intersection."""
+        return self.junction.intersection
+
+    @cached_property
+    def approaches(self) -> dict[str, list[Lane]]:
+        """The incoming lanes of each approach, from the kerb."""
+        found: dict[str, list[Lane]] = {}
+        for lane in self.intersection.lanes.values():
+            found.setdefault(lane.approach, []).append(lane)
+        return found
+
+    @cached_property
+    def centre(self) -> Points:
+        """The middle of the box around all entrances and exits."""
+        middle: Points = (self._gates.min(axis=0) + self._gates.max(axis=0)) / 2
+        return middle
+
+    @property
+    def radius(self) -> float:
+        """From the centre to the farthest side of the box around all entrances and exits [m]."""
+        return float(np.abs(self._gates - self.centre).max())
+
+    @cached_property
+    def _gates(self) -> Points:
+        ways = [way for one in self.intersection.movements.values() for way in one.ways]
+        return points([way.shape[place] for way in ways for place in (0, -1)])
+
+    @cached_property
+    def entrances(self) -> dict[str, Frame]:
+        """Where each approach enters."""
+        return {name: Frame.of(lanes, -1) for name, lanes in self.approaches.items()}
+
+    @cached_property
+    def exits(self) -> dict[str, Frame]:
+        """Where each road leaves."""
+        names = sorted({one.exit for one in self.intersection.movements.values()})
+        return {name: Frame.of(self.road(name), 0) for name in names}
+
+    def road(self, name: str) -> list[RoadLane]:
+        """The lanes of a road, from the kerb."""
+        lanes = [lane for lane in self.ground.lanes.values() if lane.road == name]
+        return sorted(lanes, key=lambda lane: lane.index)
+
+    @cached_property
+    def flows(self) -> list[Flow]:
+        """The movements' volumes in the peak period, the widest first."""
+        bands = _Bands(self)
+        found = [bands.flow(movement) for movement in self.intersection.movements.values()]
+        return sorted(found, key=lambda flow: -flow.volume)
+
+
+class _Bands:
+    """Places flows side by side at entrances and exits."""
+
+    def __init__(self, site: Site) -> None:
+        self.site = site
+        movements = site.intersection.movements.values()
+        self.volumes = {
+            one.id: count(site.scenario, site.intersection, one.id) for one in movements
+        }
+        self.scale = self._scale()
+        self.entering = self._places(site.entrances, [(one.approach, one) for one in movements], 0)
+        self.leaving = self._places(site.exits, [(one.exit, one) for one in movements], -1)
+
+    def _scale(self) -> float:
+        """Metres of width per veh/h, so that the flows of every road fit it."""
+        totals: defaultdict[str, float] = defaultdict(float)
+        for one in self.site.intersection.movements.values():
+            totals[one.approach] += self.volumes[one.id]
+            totals[one.exit] += self.volumes[one.id]
+        widths = {road: sum(lane.width for lane in self.site.road(road)) for road in totals}
+        return FLOW_FILL * min(widths[road] / max(total, 1) for road, total in totals.items())
+
+    def _places(
+        self, frames: dict[str, Frame], members: list[tuple[str, Movement]], end: int
+    ) -> dict[str, float]:
+        """How far right of its road's frame each movement enters or leaves [m]."""
+        found: dict[str, float] = {}
+        for road, frame in frames.items():
+            row = sorted(
+                (one for name, one in members if name == road),
+                key=lambda one: "LCR".index(one.turn),
+            )
+            wanted = [
+                float(np.mean([frame.beside(points(way.shape)[end]) for way in one.ways]))
+                for one in row
+            ]
+            widths = [self.volumes[one.id] * self.scale + FLOW_GAP for one in row]
+            found.update(zip((one.id for one in row), spread(wanted, widths), strict=True))
+        return found
+
+    def flow(self, movement: Movement) -> Flow:
+        """The band of a movement."""
+        entrance, exit_ = self.site.entrances[movement.approach], self.site.exits[movement.exit]
+        place, leave = self.entering[movement.id], self.leaving[movement.id]
+        start, end = entrance.at(place, 0.0), exit_.at(leave, 0.0)
+        handle = 0.39 * float(np.linalg.norm(end - start))  # a right angle becomes a quarter circle
+        bend = curve(start, entrance.at(place, handle), exit_.at(leave, -handle), end)
+        line = np.vstack([entrance.at(place, -FLOW_TAIL), bend, exit_.at(leave, FLOW_TAIL)])
+        volume = self.volumes[movement.id]
+        return Flow(movement.id, movement.approach, volume, volume * self.scale, line, place)
+
+
+def draw_asphalt(axes: Axes, site: Site, colour: str) -> None:
+    """Lanes and the areas where roads meet."""
+    shapes = pavement.asphalt(site.ground)
+    axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=colour, linewidth=0.6))
+
+
+def draw_zones(axes: Axes, site: Site) -> None:
+    """The control and the decision zone along the incoming lanes, in the approaches' colours."""
+    settings = site.intersection
+    for reach, tint in (
+        (settings.control_zone, CONTROL_TINT),
+        (settings.decision_zone, DECISION_TINT),
+    ):
+        for approach, shape in pavement.zone(site.junction, site.ground, reach):
+            shade = zone_colour(approach, tint)
+            axes.add_collection(PolyCollection([shape], facecolor=shade, edgecolor="none"))
+
+
+def draw_markings(axes: Axes, site: Site) -> None:
+    """Lane lines and centre lines of all roads, and the arrows painted before the entrance."""
+    between, middle = pavement.lines(site.ground)
+    dashes = [(0, (5, 4))]
+    axes.add_collection(LineCollection(between, colors=PAINT, linewidths=0.6, linestyles=dashes))
+    axes.add_collection(LineCollection(middle, colors=CENTRE_LINE, linewidths=0.9))
+    shapes = list(pavement.arrows(site.intersection))
+    axes.add_collection(PolyCollection(shapes, facecolor=PAINT, edgecolor="none"))
+
+
+def draw_stop_lines(axes: Axes, site: Site) -> None:
+    """A bar across each incoming lane; dashes where a slip lane yields instead."""
+    for line in pavement.stop_lines(site.scenario, site.intersection):
+        pattern = (0, (0.7, 0.7)) if line.yields else "solid"
+        axes.plot(*line.ends.T, color=PAINT, linewidth=1.6, linestyle=pattern)
+
+
+def draw_flows(axes: Axes, site: Site, reach: float) -> None:
+    """The movements' volumes as bands as wide as their turning counts, in a view of a reach [m]."""
+    for flow in site.flows:
+        if flow.volume:
+            looks: Any = {"facecolor": colour_of(flow.approach), "edgecolor": PAINT}
+            band = PolyCollection([_with_head(flow, reach)], linewidth=0.4, zorder=3, **looks)
+            axes.add_collection(band)
+
+
+def _with_head(flow: Flow, reach: float) -> Points:
+    """A band that ends in an arrow's head, no smaller than the view can show."""
+    head = min(max(1.2 * flow.width, 0.045 * reach), 0.6 * FLOW_TAIL)
+    body = stretch(flow.line, head, np.inf)
+    assert body is not None
+    tip, ahead = flow.line[-1], directions(flow.line)[-1]
+    wide = max(flow.width / 2 + 0.006 * reach, 0.016 * reach)
+    base = Frame(tip - head * ahead, ahead)
+    left, right = shifted(body, -flow.width / 2), shifted(body, flow.width / 2)
+    return np.vstack([left, base.at(-wide, 0.0), tip, base.at(wide, 0.0), right[::-1]])

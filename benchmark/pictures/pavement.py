@@ -1,0 +1,96 @@
+"""What lies and is painted on the ground of an intersection, as lines and outlines in metres."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmark.control.intersection import Intersection, Lane
+from benchmark.pictures.geometry import Frame, Points, curve, points, ribbon, shifted, stretch
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo.junction import Junction
+from benchmark.sumo.network import Surroundings
+
+SHOULDER = 0.3  # m of asphalt beside a lane
+ARROW_SETBACK, ARROW_LENGTH = 5.0, 10.0  # m from the entrance, and stretched as painted ones are
+
+
+def asphalt(ground: Surroundings) -> list[Points]:
+    """The outlines of all lanes and of the areas where roads meet."""
+    lanes = ground.lanes.values()
+    shapes = [ribbon(points(lane.shape), lane.width + 2 * SHOULDER) for lane in lanes]
+    return shapes + [points(area) for area in ground.areas]
+
+
+def zone(junction: Junction, ground: Surroundings, reach: float) -> Iterator[tuple[str, Points]]:
+    """The approach and the outline of each lane's part within a distance of the entrance [m]."""
+    for name, place in junction.zone.items():
+        lane = ground.lanes[name]
+        part = stretch(points(lane.shape), -place.end, reach - place.end)
+        if part is not None:
+            yield place.approach, ribbon(part, lane.width)
+
+
+def lines(ground: Surroundings) -> tuple[list[Points], list[Points]]:
+    """The dashed lines between lanes, and the lines that part the directions of traffic."""
+    between: list[Points] = []
+    middle: list[Points] = []
+    for lane in ground.lanes.values():
+        if not lane.inside:
+            innermost = f"{lane.road}_{lane.index + 1}" not in ground.lanes
+            line = shifted(points(lane.shape), -lane.width / 2)
+            (middle if innermost else between).append(line)
+    return between, middle
+
+
+@dataclass(frozen=True)
+class StopLine:
+    """The bar across an incoming lane at the entrance."""
+
+    lane: str
+    ends: Points  # (2, 2), left and right
+    yields: bool  # from a slip lane one yields, and nobody has to stop
+
+
+def stop_lines(scenario: Scenario, intersection: Intersection) -> Iterator[StopLine]:
+    """The stop line of each incoming lane."""
+    for lane in intersection.lanes.values():
+        approach = getattr(scenario.approaches, lane.approach, None)
+        yields = approach is not None and approach.slip_lane and turns(intersection, lane) == "R"
+        line = points(lane.shape)
+        ends = np.array([shifted(line, side * lane.width / 2)[-1] for side in (-1, 1)])
+        yield StopLine(lane.id, ends, yields)
+
+
+def turns(intersection: Intersection, lane: Lane) -> str:
+    """The turns that a lane serves, as in ``"CL"``."""
+    return "".join(sorted({intersection.movements[name].turn for name in lane.movements}))
+
+
+def arrows(intersection: Intersection) -> Iterator[Points]:
+    """The turns that each incoming lane serves, as outlines of what is painted on the road."""
+    for lane in intersection.lanes.values():
+        part = stretch(points(lane.shape), ARROW_SETBACK, ARROW_SETBACK + ARROW_LENGTH)
+        if part is not None:
+            length = float(np.linalg.norm(part[-1] - part[0]))
+            frame = Frame(part[0], (part[-1] - part[0]) / length)
+            for piece in _arrow(turns(intersection, lane)):
+                scaled = piece * (lane.width / 3.2, length / ARROW_LENGTH)
+                yield np.array([frame.at(right, ahead) for right, ahead in scaled])
+
+
+def _arrow(turns: str) -> Iterator[Points]:
+    """The pieces of a painted arrow, 10 m long, on a lane 3.2 m wide; x to the right, y ahead."""
+    stem, start = 0.36, np.array([0.0, 0.0])
+    if "C" in turns:
+        yield ribbon(np.array([start, [0.0, 7.0]]), stem)
+        yield np.array([[-0.75, 6.8], [0.75, 6.8], [0.0, 10.0]])
+    for turn, side in (("L", -1.0), ("R", 1.0)):
+        if turn in turns:
+            height = 4.4 if "C" in turns else 7.6
+            foot, elbow = np.array([0.0, height - 2.4]), np.array([0.0, height])
+            yield ribbon(np.array([start, foot]), stem)
+            yield ribbon(curve(foot, elbow, elbow, np.array([0.75 * side, height])), stem)
+            yield np.array(
+                [[0.7 * side, height - 1.6], [0.7 * side, height + 1.6], [1.45 * side, height]]
+            )

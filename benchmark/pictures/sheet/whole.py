@@ -1,0 +1,113 @@
+"""The whole drawing as a file, or its parts for pages."""
+
+import io
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from benchmark.pictures import axes
+from benchmark.pictures.axes import Site
+from benchmark.pictures.sheet import counts, plan, signal_program
+from benchmark.pictures.sheet.sheet import (
+    GREY,
+    HEADING,
+    MARGIN,
+    PLAN,
+    SIDE,
+    STRIP,
+    Sheet,
+    lines,
+    plain,
+    styled,
+)
+from benchmark.plumbing.errors import UsageError
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import network
+from benchmark.sumo.webster import peak
+
+FORMATS = ("png", "svg")
+LINE, TITLE_LINE = 0.15, 0.27  # in
+
+
+def draw(scenario: Scenario, target: Path) -> None:
+    """Draw an intersection: plan, turning counts and signal program.
+
+    The same scenario gives the same bytes.
+
+    Args:
+        scenario: what to draw.
+        target: a file ending in ``.png`` or ``.svg``; its folder is made where it is missing.
+
+    Raises:
+        UsageError: another suffix, or a file that cannot be written.
+        NetworkError: netconvert refuses the scenario's network.
+    """
+    form = target.suffix.lower().removeprefix(".")
+    if form not in FORMATS:
+        choices = " or ".join(f".{known}" for known in FORMATS)
+        raise UsageError(f'{target}: cannot draw to "{target.suffix}"; use {choices}')
+    with styled():
+        figure = _figure(scenario)
+        metadata = {"Date": None, "Title": plain(scenario.title)} if form == "svg" else {}
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(target, format=form, dpi=180, metadata=metadata)
+        except OSError as error:
+            raise UsageError(
+                f"{target}: cannot write the drawing: {error.strerror}; "
+                "choose another file with --output"
+            ) from error
+
+
+def panels(scenario: Scenario) -> dict[str, str]:
+    """The plan and the turning counts as SVG documents of their own, for pages.
+
+    The same scenario gives the same text.
+
+    Raises:
+        NetworkError: netconvert refuses the scenario's network.
+    """
+    site = _site(scenario)
+    above, beside = (
+        Sheet(height, width, axes.GROUND) for height, width in ((PLAN + STRIP, PLAN), (SIDE, SIDE))
+    )
+    with styled():
+        plan.draw(above, site, 0.0, 0.0)
+        counts.draw(beside, site, 0.0, 0.0)
+        return {"plan": _svg(above.figure), "counts": _svg(beside.figure)}
+
+
+def _svg(figure: Figure) -> str:
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
+
+
+def _site(scenario: Scenario) -> Site:
+    built = network.build(scenario)
+    junction = next(iter(built.junctions.values()))
+    return Site(scenario, junction, network.surroundings(built))
+
+
+def _figure(scenario: Scenario) -> Figure:
+    site = _site(scenario)
+    title = lines(scenario.title, width=88, most=3)
+    foot = _footer(scenario)
+    top = MARGIN + TITLE_LINE * len(title) + 0.1
+    bottom = top + HEADING + PLAN + STRIP
+    sheet = Sheet(bottom + 0.15 + LINE * len(foot) + 0.2)
+    sheet.text(MARGIN, MARGIN, "\n".join(title), fontsize=14, fontweight="bold", linespacing=1.25)
+    plan.panel(sheet, site, top)
+    counts.panel(sheet, site, top)
+    signal_program.panel(sheet, site, top + HEADING + SIDE + 0.3)
+    sheet.text(MARGIN, bottom + 0.15, "\n".join(foot), fontsize=7, color=GREY, linespacing=1.3)
+    return sheet.figure
+
+
+def _footer(scenario: Scenario) -> list[str]:
+    period = peak(scenario)
+    total = sum(period.counts(name).total for name in scenario.approaches.names())
+    words = f"Total demand: {total:.0f} veh/h in the peak period."
+    if scenario.sources:
+        words += f" Sources: {'; '.join(scenario.sources).rstrip('.')}."
+    return lines(words, width=205, most=4)

@@ -1,0 +1,1 @@
+"""What any program needs and no traffic engineer: errors, messages, files, processes, Ctrl-C."""

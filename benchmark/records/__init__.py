@@ -1,0 +1,1 @@
+"""What episodes left behind: written, read, counted, compared; needs no SUMO."""

@@ -1,0 +1,1 @@
+"""Records become tables, plots, the site and regression reports; needs no SUMO."""

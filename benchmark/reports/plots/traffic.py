@@ -1,0 +1,111 @@
+"""What records alone hold: unregulated lanes over time, and waiting by movement."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from benchmark.records.record import JunctionMetrics, Record
+from benchmark.records.statistics import Estimate, estimates
+from benchmark.reports.plots import style
+from benchmark.reports.plots.data import Data
+from benchmark.reports.tables import percent
+
+BIN = 10.0  # s of an entry of a record's curve
+ROOM = 0.8  # of the distance between movements, for bars
+
+
+def unregulated(data: Data) -> Figure | None:
+    """The share of unregulated lanes over time: means over seeds with 95 % intervals."""
+    figure, panels = style.panels(data.scenarios, sharey=True)
+    drawn = False
+    for scenario, axes in panels.items():
+        for place, name in enumerate(data.controllers):
+            curves = [
+                _junction(one).unregulated_lane_curve
+                for one in data.records(scenario, data.rate, name)
+            ]
+            shortest = min(map(len, curves), default=0)
+            if not shortest:
+                continue
+            drawn = True
+            found = estimates([[curve[index] for curve in curves] for index in range(shortest)])
+            middles = BIN * (np.arange(shortest) + 0.5)
+            looks = style.looks(place) | {"marker": ""}
+            axes.fill_between(
+                *(middles, [_low(one) for one in found], [_high(one) for one in found]),
+                color=looks["color"],
+                alpha=0.2,
+                linewidth=0,
+            )
+            axes.plot(middles, [one.mean for one in found], **looks)
+        axes.set(ylim=(0, 1.02), xlim=(0, None))
+        axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
+    if not drawn:
+        return None
+    figure.supxlabel("time [s]", fontsize=9)
+    figure.supylabel(f"unregulated lanes at {percent(data.rate)} RVs", fontsize=9)
+    handles = [style.line(place) for place in range(len(data.controllers))]
+    for handle in handles:
+        handle.set_marker("")
+    style.legend(figure, handles, data.controllers)
+    return figure
+
+
+def movements(data: Data) -> Figure | None:
+    """Waiting of the vehicles of each movement: means over seeds with 95 % intervals."""
+    figure, panels = style.panels(data.scenarios)
+    drawn = False
+    for scenario, axes in panels.items():
+        held = {name: data.records(scenario, data.rate, name) for name in data.controllers}
+        names = sorted(
+            {
+                movement
+                for records in held.values()
+                for one in records
+                for movement in _junction(one).waiting_by_movement
+            }
+        )
+        apart = ROOM / len(data.controllers)
+        for place, (_, records) in enumerate(held.items()):
+            for index, movement in enumerate(names):
+                values = [
+                    waiting.mean
+                    for one in records
+                    if (waiting := _junction(one).waiting_by_movement.get(movement))
+                ]
+                if values:
+                    drawn = True
+                    (found,) = estimates([values])
+                    centre = index + (place + 0.5) * apart - ROOM / 2
+                    reach = [[found.mean - _low(found)], [_high(found) - found.mean]]
+                    axes.bar(
+                        *(centre, found.mean, 0.9 * apart),
+                        yerr=reach,
+                        error_kw={"elinewidth": 0.7},
+                        **style.filling(place),
+                    )
+        axes.set_xticks(range(len(names)), names)
+        axes.tick_params(axis="x", labelsize=7 if len(names) > 6 else 8)
+        axes.set_yscale("symlog", linthresh=1.0)
+        axes.set_ylim(bottom=0)
+        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    if not drawn:
+        return None
+    figure.supxlabel("movement: heading, and L left, C across, R right", fontsize=9)
+    figure.supylabel(f"waiting at {percent(data.rate)} RVs [s], logarithmic above 1", fontsize=9)
+    handles = [Patch(**style.filling(place)) for place in range(len(data.controllers))]
+    style.legend(figure, handles, data.controllers)
+    return figure
+
+
+def _junction(record: Record) -> JunctionMetrics:
+    (junction,) = record.junctions.values()
+    return junction
+
+
+def _low(one: Estimate) -> float:
+    return one.mean if one.low is None else one.low
+
+
+def _high(one: Estimate) -> float:
+    return one.mean if one.high is None else one.high

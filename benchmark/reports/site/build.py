@@ -1,0 +1,105 @@
+"""Contents -> a folder of pages: rendered beside the old site, then put in its place."""
+
+import shutil
+import tempfile
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from benchmark import __version__
+from benchmark.plumbing.errors import UsageError
+from benchmark.reports import tables
+from benchmark.reports.site import charts, citation
+from benchmark.reports.site.contents import Contents
+from benchmark.reports.site.pages import Page, pages
+from benchmark.reports.site.rendering import environment
+
+MARK = "rightofway-site.txt"
+MARK_WORDS = "Made by `rightofway site`, which replaces this whole folder.\n"
+
+
+def check_target(folder: Path) -> None:
+    """Make sure that a folder can hold the site, before anything is worked out.
+
+    Raises:
+        UsageError: it is a file, or holds something that is no site and would be lost.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder}: is a file; choose another folder with --output")
+    held = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
+    if held and MARK not in held:
+        raise UsageError(
+            f"{folder}: holds {held[0]} and is no site that could be replaced; "
+            "choose another folder with --output"
+        )
+
+
+def build(contents: Contents, folder: Path) -> int:
+    """Write the site; the old one stays whole until the new one is. Returns the pages' number.
+
+    The same contents give the same bytes.
+
+    Raises:
+        UsageError: as ``check_target``, or the disk refuses.
+    """
+    check_target(folder)
+    folder = folder.resolve()
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as staging:
+            fresh, retired = Path(staging, "new"), Path(staging, "old")
+            count = _fill(contents, fresh)
+            if folder.exists():
+                folder.rename(retired)
+            try:
+                fresh.rename(folder)
+            except OSError:
+                if retired.exists():
+                    retired.rename(folder)
+                raise
+    except OSError as error:
+        raise UsageError(
+            f"{folder}: cannot write the site: {error.strerror}; "
+            "choose another folder with --output"
+        ) from error
+    return count
+
+
+def _fill(contents: Contents, folder: Path) -> int:
+    folder.mkdir()
+    _write(folder / MARK, MARK_WORDS)
+    shutil.copytree(str(files("benchmark.reports.site") / "static"), folder / "assets")
+    _write(folder / "assets" / "vega.js", charts.script())
+    _write_downloads(contents, folder)
+    for replay in contents.replays:
+        (folder / replay.address).parent.mkdir(exist_ok=True)
+        shutil.copyfile(replay.path, folder / replay.address)
+    jinja = environment(contents)
+    count = 0
+    for page in pages(contents):
+        _write(folder / page.address, jinja.get_template(page.template).render(_frame(page)))
+        count += 1
+    return count
+
+
+def _frame(page: Page) -> Mapping[str, Any]:
+    return {**page.facts, "root": "../" * page.address.count("/"), "address": page.address}
+
+
+def _write_downloads(contents: Contents, folder: Path) -> None:
+    _write(folder / "data" / "leaderboard.csv", tables.as_csv(contents.rows))
+    for name, rows in contents.scenarios.items():
+        _write(folder / contents.addresses.table(name), tables.as_csv(rows))
+        scenario_hash = rows[0].scenario_hash
+        if scenario := contents.files.get(scenario_hash):
+            _write(
+                folder / contents.addresses.citation(name), citation.entry(scenario, __version__)
+            )
+        for panel, drawing in contents.drawings.get(scenario_hash, {}).items():
+            _write(folder / contents.addresses.drawing(name, panel), drawing)
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text.encode(errors="replace"))

@@ -1,0 +1,209 @@
+"""Contents -> the pages: each one's template and what is in it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from benchmark.records import formulas
+from benchmark.records.leaderboard import MARKS, Row
+from benchmark.records.measures import COLUMNS, Column
+from benchmark.records.statistics import CONFIDENCE, ENOUGH, RESAMPLES
+from benchmark.reports.site import charts, methods
+from benchmark.reports.site.contents import Contents, rates
+from benchmark.reports.site.intervals import Scale
+from benchmark.reports.site.model_card import describe
+from benchmark.reports.site.pairs import COMPARED, Comparison, Tally, compare, tally
+from benchmark.reports.site.signal_program import steps
+
+BOARD = (
+    *("time_loss", "travel_time", "throughput", "collisions"),
+    *("unregulated_lane_ratio", "refused_commands"),
+)  # columns of the leaderboard beside the headline
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page before it is rendered."""
+
+    address: str
+    template: str
+    facts: Mapping[str, Any]
+
+
+def pages(contents: Contents) -> Iterator[Page]:
+    """All pages of the site."""
+    comparisons = {pair: compare(contents, *pair) for pair in contents.pairs}
+    tallies = {pair: tally(found) for pair, found in comparisons.items()}
+    yield _overview(contents)
+    for name, rows in contents.scenarios.items():
+        yield _scenario(contents, name, rows)
+    origins = methods.origins(contents.records)
+    for name in contents.controllers:
+        yield _controller(contents, name, origins[name], tallies)
+    yield Page("pairs.html", "pairs.html", {"tallies": tallies, "title": "Pairs"})
+    for pair, found in comparisons.items():
+        yield _pair(contents, pair, found, tallies[pair])
+    yield _methods(contents, origins)
+
+
+def _overview(contents: Contents) -> Page:
+    scenario = next(iter(contents.scenarios), None)
+    own = rates(contents.scenarios[scenario]) if scenario else []
+    return Page(
+        "index.html",
+        "overview.html",
+        {
+            "title": "Leaderboard",
+            "scale": Scale.of(contents.rows),
+            "columns": columns(BOARD),
+            "default_scenario": scenario,
+            "default_rate": own[len(own) // 2] if own else None,
+            "marks": MARKS,
+            "descriptions": {name: describe(name) for name in contents.controllers},
+        },
+    )
+
+
+def columns(keys: Sequence[str]) -> list[Column]:
+    """Columns of the leaderboard by their keys."""
+    by_key = {one.key: one for one in COLUMNS}
+    return [by_key[key] for key in keys]
+
+
+def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
+    scenario = contents.files.get(rows[0].scenario_hash)
+    names = [one for one in contents.controllers if one in {row.controller for row in rows}]
+    figures = {
+        (row.controller, row.rate): row.headline
+        for row in rows
+        if row.headline and row.rate is not None
+    }
+    members = [one for one in contents.records if one.scenario_hash == rows[0].scenario_hash]
+    chart = charts.by_rate(
+        "Waiting against penetration rate",
+        f"Average waiting time by penetration rate at {name}, a line per controller with its 95 % "
+        "interval. The table below holds the same figures.",
+        charts.lines([one for one in names if any(key[0] == one for key in figures)]),
+        figures,
+        axis="average waiting time [s]",
+    )
+    return Page(
+        contents.addresses.scenario(name),
+        "scenario.html",
+        {
+            "title": scenario.title if scenario else name,
+            "name": name,
+            "rows": rows,
+            "scenario": scenario,
+            "hash": rows[0].scenario_hash,
+            "episodes": len(members),
+            "drawings": contents.drawings.get(rows[0].scenario_hash, {}),
+            "phases": list(steps(scenario.signal)) if scenario and scenario.signal else [],
+            "controllers": names,
+            "chart": chart,
+            "replays": [one for one in contents.replays if members[0].scenario in one.scenarios],
+        },
+    )
+
+
+def _controller(
+    contents: Contents,
+    name: str,
+    origin: methods.Origin,
+    tallies: Mapping[tuple[str, str], Tally],
+) -> Page:
+    rows = [row for row in contents.rows if row.controller == name]
+    figures = {
+        (row.scenario, row.rate): row.headline
+        for row in rows
+        if row.headline and row.rate is not None
+    }
+    seen = list(dict.fromkeys(scenario for scenario, _ in figures))
+    chart = charts.by_rate(
+        "Waiting against penetration rate",
+        f"Average waiting time of {name} by penetration rate, a line per scenario with its 95 % "
+        "interval. The table below holds the same figures.",
+        charts.lines(seen, shown=10),
+        figures,
+        axis="average waiting time [s]",
+    )
+    return Page(
+        contents.addresses.controller(name),
+        "controller.html",
+        {
+            "title": name,
+            "name": name,
+            "rows": rows,
+            "scenarios": list(dict.fromkeys(row.scenario for row in rows)),
+            "description": describe(name),
+            "origin": origin,
+            "chart": chart,
+            "replays": [one for one in contents.replays if name in one.controllers],
+            "against": [
+                (other, _seen_from(name, pair, counted))
+                for pair, counted in tallies.items()
+                for other in pair
+                if name in pair and other != name
+            ],
+        },
+    )
+
+
+def _seen_from(name: str, pair: tuple[str, str], counted: Tally) -> Tally:
+    if name == pair[0]:
+        return counted
+    return Tally(counted.second, counted.first, counted.undecided)
+
+
+def _pair(
+    contents: Contents, pair: tuple[str, str], found: Sequence[Comparison], counted: Tally
+) -> Page:
+    first, second = pair
+    figures = {(one.scenario, one.rate): one.headline for one in found if one.rate is not None}
+    chart = charts.by_rate(
+        "Difference against penetration rate",
+        f"Difference in average waiting time, {first} minus {second}, paired by seed, by "
+        "penetration rate, a line per scenario with its 95 % interval. Below zero the first "
+        "waits less. The table below holds the same figures.",
+        charts.lines(list(dict.fromkeys(one.scenario for one in found)), shown=10),
+        figures,
+        axis=f"{first} minus {second} [s]",
+        zero_line=True,
+    )
+    return Page(
+        contents.addresses.pair(first, second),
+        "pair.html",
+        {
+            "title": f"{first} and {second}",
+            "first": first,
+            "second": second,
+            "comparisons": found,
+            "compared": COMPARED,
+            "tally": counted,
+            "chart": chart,
+        },
+    )
+
+
+def _methods(contents: Contents, origins: Mapping[str, methods.Origin]) -> Page:
+    return Page(
+        "methods.html",
+        "methods.html",
+        {
+            "title": "Methods",
+            "metrics": methods.metrics(),
+            "symbols": [(methods.mathml(latex), words) for latex, words in formulas.SYMBOLS],
+            "mean": methods.mathml(formulas.MEAN.latex),
+            "difference": methods.mathml(formulas.DIFFERENCE.latex),
+            "mean_words": formulas.MEAN.words,
+            "difference_words": formulas.DIFFERENCE.words,
+            "confidence": CONFIDENCE,
+            "resamples": RESAMPLES,
+            "enough": ENOUGH,
+            "marks": MARKS,
+            "versions": methods.versions(contents.records),
+            "records_hash": methods.records_hash(contents.records),
+            "origins": list(origins.values()),
+            "grounds": methods.grounds(contents.records),
+        },
+    )

@@ -1,0 +1,288 @@
+"""Rows -> tables: Markdown, CSV, LaTeX, JSON, and the terminal."""
+
+import csv
+import io
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import asdict
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, Literal
+
+from benchmark.records.leaderboard import MARKS, Row
+from benchmark.records.measures import COLUMNS, Column
+from benchmark.records.statistics import Estimate
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+Format = Literal["md", "csv", "json", "latex"]
+
+LONGEST_REASON = 100  # of a reason in a table [characters]
+MARGIN = 3  # of a terminal table's column [characters]
+BRIEF = tuple(column for column in COLUMNS if column.brief)
+
+
+def render(rows: Sequence[Row], form: Format) -> str:
+    """The whole leaderboard as text that ends in a newline."""
+    return {"md": markdown, "csv": as_csv, "json": as_json, "latex": latex}[form](rows)
+
+
+def figure(estimate: Estimate | None, digits: int) -> str:
+    """A mean with its interval, as in ``12.3 [11.0, 13.6]``; a dash where there is none."""
+    if estimate is None:
+        return "-"
+    if estimate.low is None:
+        return f"{estimate.mean:.{digits}f}"
+    return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+
+
+def percent(rate: float | None) -> str:
+    """A penetration rate for people."""
+    return "no RVs" if rate is None else f"{100 * rate:g} %"
+
+
+def notes(row: Row) -> str:
+    """Why a row is not ok, and refused commands."""
+    refused = row.figures.get("refused_commands")
+    found = [_shortened(reason) for reason in row.reasons]
+    if refused and refused.mean > 0:
+        found.append(f"{refused.mean:.0f} commands refused an episode")
+    return ", ".join(found)
+
+
+def _shortened(reason: str) -> str:
+    return reason if len(reason) <= LONGEST_REASON else f"{reason[: LONGEST_REASON - 3]}..."
+
+
+def remarks(rows: Sequence[Row]) -> list[str]:
+    """A line for each scenario and controller that has rows which are not ok, for the terminal."""
+    return [
+        f"{scenario}: {controller}: {found}"
+        for scenario, members in _by_scenario(rows)
+        for controller in sorted({row.controller for row in members})
+        if (found := _remark([row for row in members if row.controller == controller]))
+    ]
+
+
+def _remark(rows: Sequence[Row]) -> str:
+    """What is not ok about a controller's rows, as in ``flagged at 60 %, 70 %: crashes``."""
+    groups: dict[tuple[str, str], list[float | None]] = {}
+    for row in rows:
+        if row.status != "ok":
+            reasons = ", ".join(map(_shortened, row.reasons))
+            groups.setdefault((row.status, reasons), []).append(row.rate)
+    found = []
+    for (status, reasons), rates in groups.items():
+        where = "" if len(rates) == len(rows) else f" at {', '.join(map(percent, rates))}"
+        found.append(f"{status}{where}: {reasons}")
+    return "; ".join(found)
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """An overview per scenario, then every figure by scenario and rate."""
+    lines = ["# Leaderboard", "", _preface(rows), ""]
+    for scenario, members in _by_scenario(rows):
+        lines += [f"## {literal(scenario)}", "", _overview(members, "github"), ""]
+    lines += ["# All figures", ""]
+    for scenario, members in _by_scenario(rows):
+        for rate, group in groupby(members, key=lambda row: row.rate):
+            lines += [f"## {literal(scenario)} at {percent(rate)}", ""]
+            lines += [_details(list(group)), ""]
+    return "\n".join(lines)
+
+
+def summary(rows: Sequence[Row], rate: float) -> str:
+    """Controllers by scenarios at one rate, as a Markdown table."""
+    from tabulate import tabulate
+
+    chosen = [row for row in rows if row.rate is not None and abs(row.rate - rate) < 1e-9]
+    scenarios = list(dict.fromkeys(row.scenario for row in chosen))
+    cells = {(row.controller, row.scenario): _cell(row) for row in chosen}
+    controllers = sorted({row.controller for row in chosen}, key=lambda name: _rank(chosen, name))
+    body = [
+        [literal(name), *(cells.get((name, one), "-") for one in scenarios)] for name in controllers
+    ]
+    align = ["left", *["right"] * len(scenarios)]
+    head = [f"at {percent(rate)}", *map(literal, scenarios)]
+    return tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True) + "\n"
+
+
+def latex(rows: Sequence[Row]) -> str:
+    """The overview of each scenario as a booktabs tabular."""
+    text = "\n\n".join(
+        f"% {scenario}\n{_overview(members, 'latex_booktabs')}"
+        for scenario, members in _by_scenario(rows)
+    )
+    return text.replace("↓", r"$\downarrow$").replace("↑", r"$\uparrow$") + "\n"
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """A line per row with mean, low and high of every figure."""
+    records = [_flat(row) for row in rows]
+    target = io.StringIO()
+    writer = csv.DictWriter(
+        target, fieldnames=list(records[0]) if records else [], lineterminator="\n"
+    )
+    writer.writeheader()
+    writer.writerows(records)
+    return target.getvalue()
+
+
+def as_json(rows: Sequence[Row]) -> str:
+    """An object per row."""
+    return json.dumps([asdict(row) for row in rows], indent=1) + "\n"
+
+
+def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
+    """The overview of each scenario for a terminal, cut into as many tables as its width asks for.
+
+    Args:
+        rows: the leaderboard.
+        width: of the terminal [characters].
+    """
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    found = []
+    for scenario, members in _by_scenario(rows):
+        head, body = _matrix(members)
+        body = [[_two_lines(cell) for cell in line] for line in body]
+        name_width, *widths = [
+            max(len(part) for cell in column for part in cell.split("\n"))
+            for column in zip(head, *body, strict=True)
+        ]
+        for first, last in _runs([MARGIN + one for one in widths], width - name_width - 2):
+            title = escape(f"{scenario}: average waiting time [s]")
+            table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False)
+            table.add_column(head[0], no_wrap=True)
+            for title in head[1 + first : 1 + last]:
+                table.add_column(title, justify="right")
+            for line in body:
+                table.add_row(*map(escape, [line[0], *line[1 + first : 1 + last]]))
+            found.append(table)
+    return found
+
+
+def _runs(widths: Sequence[int], room: int) -> list[tuple[int, int]]:
+    """First and last column (exclusive) of each table, as many columns as fit, one at least."""
+    runs: list[tuple[int, int]] = []
+    for index in range(len(widths)):
+        if runs and sum(widths[runs[-1][0] : index + 1]) <= room:
+            runs[-1] = (runs[-1][0], index + 1)
+        else:
+            runs.append((index, index + 1))
+    return runs
+
+
+def _two_lines(cell: str) -> str:
+    """``12.3 [11.0, 13.6]*`` with its interval below, as narrow as can be."""
+    return re.sub(r" \[(\S+), (\S+)\](\*?)$", r"\3\n\1-\2", cell)
+
+
+def legend() -> str:
+    """What marks and signs mean."""
+    meanings = "; ".join(f"{mark}: {meaning}" for mark, meaning in MARKS.items())
+    return (
+        "Mean over seeds [95 % bootstrap interval, from few seeds little but their range]; "
+        "↓ or ↑: significantly below or above traffic-light, paired by seed; "
+        "* flagged, for the reason beside it: waiting may be low for the wrong reason "
+        f"({meanings}), the controller was trained on the episodes it is evaluated on, or some "
+        "episodes are missing from the mean."
+    )
+
+
+def _preface(rows: Sequence[Row]) -> str:
+    seeds = max((row.headline.count for row in rows if row.headline), default=0)
+    return f"Average waiting time [s]. {legend()} At most {seeds} seeds a cell."
+
+
+def _by_scenario(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
+    return [(name, list(group)) for name, group in groupby(rows, key=lambda row: row.scenario)]
+
+
+def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Controllers by rates, best mean over rates first."""
+    rates = sorted({row.rate for row in rows}, key=lambda rate: rate or 0.0)
+    cells = {(row.controller, row.rate): row for row in rows}
+    controllers = sorted({row.controller for row in rows}, key=lambda name: _rank(rows, name))
+    body = []
+    for controller in controllers:
+        found = [cells.get((controller, rate)) for rate in rates]
+        body.append([controller, *(_cell(row) if row else "-" for row in found)])
+    return ["controller", *(percent(rate) for rate in rates)], body
+
+
+def _rank(rows: Sequence[Row], controller: str) -> tuple[float, str]:
+    waits = [row.headline.mean for row in rows if row.controller == controller and row.headline]
+    return (sum(waits) / len(waits) if waits else float("inf"), controller)
+
+
+def _cell(row: Row) -> str:
+    sign = ""
+    if row.difference and row.difference.excludes_zero:
+        sign = "↓ " if row.difference.mean < 0 else "↑ "
+    if row.headline is None and row.status != "ok":
+        return row.status
+    return f"{sign}{figure(row.headline, 1)}{'*' if row.status == 'flagged' else ''}"
+
+
+def _overview(rows: Sequence[Row], style: str) -> str:
+    from tabulate import tabulate
+
+    head, body = _matrix(rows)
+    align = ["left", *["right"] * (len(head) - 1)]
+    said = [_remark([row for row in rows if row.controller == name]) for name, *_ in body]
+    if style == "github":
+        body = [[literal(name), *cells] for name, *cells in body]
+        said = [literal(one) for one in said]
+    if any(said):
+        head, align = [*head, "remarks"], [*align, "left"]
+        body = [[*line, one] for line, one in zip(body, said, strict=True)]
+    return tabulate(body, head, tablefmt=style, colalign=align, disable_numparse=True)
+
+
+def _details(rows: Sequence[Row]) -> str:
+    from tabulate import tabulate
+
+    head = ["controller", "rules", "vs signal [s]", *(_title(column) for column in BRIEF)]
+    head += ["status", "notes"]
+    body = [
+        [
+            *(literal(row.controller), row.rules, figure(row.difference, 1)),
+            *(figure(row.figures.get(column.key), column.digits) for column in BRIEF),
+            row.status,
+            literal(notes(row)),
+        ]
+        for row in rows
+    ]
+    return tabulate(body, head, tablefmt="github", disable_numparse=True)
+
+
+def _title(column: Column) -> str:
+    return f"{column.title} [{column.unit}]" if column.unit else column.title
+
+
+def literal(text: str) -> str:
+    """Text as Markdown shows it literally."""
+    return "".join(f"\\{sign}" if sign in "\\`*_{}[]<>#|&~" else sign for sign in text)
+
+
+def _flat(row: Row) -> dict[str, Any]:
+    flat: dict[str, Any] = {
+        "scenario": row.scenario,
+        "scenario_hash": row.scenario_hash,
+        "rate": row.rate,
+        "controller": row.controller,
+        "rules": row.rules,
+        "seeds": row.headline.count if row.headline else 0,
+        "status": row.status,
+        "notes": notes(row),
+    }
+    pairs = [(column.key, row.figures.get(column.key)) for column in COLUMNS]
+    for key, estimate in [("difference_to_signal", row.difference), *pairs]:
+        flat[key] = estimate.mean if estimate else None
+        flat[f"{key}_low"] = estimate.low if estimate else None
+        flat[f"{key}_high"] = estimate.high if estimate else None
+    return flat

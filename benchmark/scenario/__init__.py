@@ -1,0 +1,1 @@
+"""What a scenario file says: roads, demand, vehicles, signals; knows nothing of SUMO."""

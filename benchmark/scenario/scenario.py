@@ -1,0 +1,287 @@
+"""What a scenario is: one TOML file in, a validated model and a content hash out. No SUMO here."""
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator
+from datetime import date, time
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import (
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from benchmark.plumbing import toml_file
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.plumbing.messages import explain
+from benchmark.scenario.layout import (
+    COMPASS,
+    LARGEST_COUNT,
+    LETTERS,
+    TURNS,
+    Approach,
+    Approaches,
+    Demand,
+    Evaluation,
+    Intersection,
+    Signal,
+    Table,
+    VehicleClass,
+)
+
+
+class Scenario(Table):
+    """One scenario: an intersection, its traffic, its signal and how it is evaluated."""
+
+    model_config = ConfigDict(title="Right of Way scenario")
+
+    schema_: Literal[1] = Field(alias="schema", description="Version of this format.")
+    title: str = Field(min_length=1, max_length=200)
+    tags: tuple[str, ...] = ()
+    sources: tuple[str, ...] = Field((), description="Where geometry, counts and signal are from.")
+    evaluation: Evaluation = Evaluation()
+    intersection: Intersection = Intersection()
+    approaches: Approaches
+    demand: tuple[Demand, ...] = Field(min_length=1)
+    vehicles: dict[str, VehicleClass] = Field(
+        {"car": VehicleClass(share=1.0)}, min_length=1, description="Vehicle classes by name."
+    )
+    signal: Signal | None = None
+
+    _name: str = PrivateAttr("")
+    _path: Path | None = PrivateAttr(None)
+
+    @property
+    def name(self) -> str:
+        """The name in tables: the file's folder and stem, as in ``colorado-springs/229``."""
+        return self._name
+
+    @property
+    def path(self) -> Path | None:
+        """The file that it was read from, as it was given; None if it was read from none."""
+        return self._path
+
+    def __eq__(self, other: object) -> bool:
+        """Whether they say the same under the same name, wherever they were read from."""
+        if not isinstance(other, Scenario):
+            return NotImplemented
+        return self.name == other.name and self.model_dump() == other.model_dump()
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of what determines an episode; prose, place, rates and seeds are left out."""
+        meaning = self.model_dump(
+            mode="json",
+            exclude={
+                "title": True,
+                "tags": True,
+                "sources": True,
+                "evaluation": {"penetration_rates", "seeds"},
+                "intersection": {"latitude", "longitude"},
+                "signal": {"maximum_gap"} if self.signal and self.signal.kind == "fixed" else set(),
+            },
+        )
+        for name, approach in self.approaches.items():
+            meaning["approaches"][name] |= {
+                "bay": approach.bay if approach.has_bay else None,
+                "upstream_lanes": approach.upstream_lanes or len(approach.lane_turns),
+                "exit_lanes": approach.exit_lanes or self._lanes_beyond(name),
+            }
+        canonical = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+    def _lanes_beyond(self, name: str) -> int | None:
+        """The lanes of the other side of the road beyond an approach, None without such a road."""
+        if (leg := self.exit_leg(name, "C")) is None:
+            return None
+        other: Approach = getattr(self.approaches, leg)
+        return other.upstream_lanes or len(other.lane_turns)
+
+    def served_turns(self, approach: str) -> set[str]:
+        """The turns that some lane of the approach serves."""
+        return set("".join(getattr(self.approaches, approach).lane_turns))
+
+    def with_demand(self, factor: float) -> "Scenario":
+        """The same scenario with every turning count multiplied."""
+        if factor == 1:
+            return self
+        demand = tuple(period.scaled(factor) for period in self.demand)
+        return self.model_copy(update={"demand": demand})
+
+    @property
+    def peak_demand(self) -> float:
+        """All turning counts of the busiest period together [veh/h]."""
+        return max(period.total for period in self.demand)
+
+    def at_demand(self, total: float) -> "Scenario":
+        """The same scenario with its counts scaled to a total in the busiest period [veh/h].
+
+        Its name says so, as in ``colorado-springs/334@700``.
+
+        Raises:
+            ScenarioError: a turn's count would be over what a scenario file may say.
+        """
+        try:
+            scaled = self.with_demand(total / self.peak_demand)
+        except ValidationError as error:
+            raise ScenarioError(
+                f"{self.name}@{total:g}: a turn would have more vehicles than a count may be, "
+                f"{LARGEST_COUNT} veh/h; ask for fewer"
+            ) from error
+        copy = scaled.model_copy()
+        copy._name = f"{self.name}@{total:g}"
+        return copy
+
+    def with_evaluation(self, evaluation: Evaluation) -> "Scenario":
+        """The same scenario, evaluated otherwise."""
+        return self.model_copy(update={"evaluation": evaluation})
+
+    @field_validator("demand")
+    @classmethod
+    def _periods_in_order(cls, periods: tuple[Demand, ...]) -> tuple[Demand, ...]:
+        ordered = tuple(sorted(periods, key=lambda period: period.begin))
+        for earlier, later in pairwise(ordered):
+            if later.begin < earlier.end:
+                raise ValueError(
+                    f"periods overlap: one ends at {earlier.end:g} s, "
+                    f"the next begins at {later.begin:g} s"
+                )
+        return ordered
+
+    @field_validator("vehicles")
+    @classmethod
+    def _shares_add_up(cls, classes: dict[str, VehicleClass]) -> dict[str, VehicleClass]:
+        if bad := [name for name in classes if not re.fullmatch(r"[A-Za-z][\w-]*", name)]:
+            raise ValueError(f'class name "{bad[0]}" must be letters, digits, - and _')
+        total = sum(vehicle.share for vehicle in classes.values())
+        if abs(total - 1) > 1e-6:
+            raise ValueError(f"shares add up to {total:g}; expected 1")
+        return dict(sorted(classes.items()))
+
+    @model_validator(mode="after")
+    def _lanes_match_counts(self) -> Self:
+        for problem in (*self._road_problems(), *self._signal_problems()):
+            raise ValueError(problem)
+        return self
+
+    def _road_problems(self) -> Iterator[str]:
+        for name in COMPASS:
+            counted = {t for t in TURNS if any(p.counts(name).of(t) > 0 for p in self.demand)}
+            approach = getattr(self.approaches, name)
+            if approach is None:
+                if counted:
+                    yield f"demand.{name}: there is no such approach; remove the counts"
+                continue
+            served = self.served_turns(name)
+            for turn in sorted(counted - served):
+                yield (
+                    f"demand.{name}: vehicles turn {turn} but no lane serves it in "
+                    f'approaches.{name}.lanes = "{approach.lanes}"; add a lane or drop the count'
+                )
+            for turn in sorted(served - counted):
+                yield (
+                    f'approaches.{name}.lanes: "{approach.lanes}" serves {turn} but no turn '
+                    f"count uses it; remove the letter or add the count to demand"
+                )
+            if approach.exit_lanes and self.exit_leg(name, "C") is None:
+                yield f"approaches.{name}.exit_lanes: there is no road beyond; remove the key"
+            for turn in sorted(served):
+                if self.exit_leg(name, turn) is None:
+                    yield f'approaches.{name}.lanes: turn "{turn}" leads to no road'
+
+        if not any(self.served_turns(name) & {"L", "C"} for name in self.approaches.names()):
+            yield "approaches: all lanes turn right; there is nothing to regulate"
+
+    def _signal_problems(self) -> Iterator[str]:
+        if self.signal is None:
+            return
+        regulated = {
+            f"{LETTERS[name]}-{turn}"
+            for name in self.approaches.names()
+            for turn in self.served_turns(name)
+        }
+        for index, phase in enumerate(self.signal.phases):
+            for movement in phase.movements:
+                if movement not in regulated:
+                    yield (
+                        f'signal.phases[{index}]: unknown movement "{movement}"; '
+                        f"expected one of {', '.join(sorted(regulated))}"
+                    )
+        green = {movement for phase in self.signal.phases for movement in phase.movements}
+        for movement in sorted(regulated - green):
+            if not movement.endswith("R"):
+                yield f'signal.phases: movement "{movement}" is never green; add it to a phase'
+
+    def exit_leg(self, approach: str, turn: str) -> str | None:
+        """The approach on whose leg a turn leaves the intersection, or None if there is none.
+
+        A vehicle that travels north and turns right leaves on the eastern leg, which is the one
+        that westbound vehicles arrive on.
+        """
+        steps = {"L": 1, "C": 2, "R": 3}[turn]
+        leg = COMPASS[(COMPASS.index(approach) + steps) % 4]
+        return leg if getattr(self.approaches, leg) is not None else None
+
+
+def load(path: Path) -> Scenario:
+    """Read and validate a scenario file.
+
+    Raises:
+        ScenarioError: the file is missing, not UTF-8, not TOML, or not a valid scenario; the
+            message names the file, the key's path, the value, what was expected.
+    """
+    document = toml_file.read(path, ScenarioError)
+    scenario = parse(document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}")
+    scenario._path = path
+    return scenario
+
+
+def parse(document: dict[str, Any], source: str, name: str) -> Scenario:
+    """Validate a parsed TOML document.
+
+    Args:
+        document: the tables of the file.
+        source: the file's name, for errors.
+        name: the scenario's name in tables.
+
+    Raises:
+        ScenarioError: as ``load``.
+    """
+    if found := next(_not_json(document), None):
+        raise ScenarioError(f"{source}: {found}")
+    try:
+        scenario = Scenario.model_validate_json(json.dumps(document))
+    except ValidationError as error:
+        raise ScenarioError(explain(error, Scenario, source)) from error
+    scenario._name = name
+    return scenario
+
+
+DEEPEST = 20  # tables and lists within each other; a scenario needs six
+
+
+def _not_json(value: object, path: str = "", depth: int = 0) -> Iterator[str]:
+    """What JSON, and so a scenario, cannot hold: dates, and nesting without end."""
+    if depth > DEEPEST:
+        yield f"{path.partition('.')[0].partition('[')[0]}: tables or lists nested too deeply"
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _not_json(inner, f"{path}.{key}".lstrip("."), depth + 1)
+    elif isinstance(value, list):
+        for index, inner in enumerate(value):
+            yield from _not_json(inner, f"{path}[{index}]", depth + 1)
+    elif isinstance(value, date | time):
+        yield f"{path}: got {value}, a date or time; no key takes one, so put texts in quotes"
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of scenario files, for editors."""
+    schema = Scenario.model_json_schema(by_alias=True)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

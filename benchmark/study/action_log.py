@@ -1,0 +1,212 @@
+"""Action logs: one file per episode holds its commands and all that is needed to score them again.
+
+A log is a Parquet file (zstd), a row per command; its metadata holds the record, the scenario, the
+signal program that ran, and a SHA-256 over everything. polars writes it: it imports in a tenth of a
+second and, unlike pyarrow, brings no second copy of the libarrow that libsumo is linked to.
+"""
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from benchmark.plumbing.errors import ActionLogError, ScenarioError, StoreError
+from benchmark.records.record import Record
+from benchmark.scenario import scenario as scenarios
+from benchmark.scenario.layout import Signal
+from benchmark.scenario.scenario import Scenario
+from benchmark.study.actions import Action, Recording
+
+if TYPE_CHECKING:
+    import polars
+
+KEY = "rightofway"  # of the file's metadata
+FORMAT = 1
+LARGEST = 64 * 2**20  # bytes of a file; an episode of 1000 s takes some ten thousand
+MOST_ACTIONS = 5_000_000
+Key = tuple[str, str, str, float | None, int]  # ``Record.episode``
+
+
+@dataclass(frozen=True)
+class ActionLog:
+    """The commands of one episode."""
+
+    path: Path
+    record: Record  # what the episode left behind
+    scenario: Scenario
+    signal: Signal | None  # the program that ran, where signals ruled
+    actions: Sequence[Action]
+
+
+def folder_in(results: Path) -> Path:
+    """Where a results folder keeps its logs."""
+    return results / "actions"
+
+
+def name_of(episode: Key) -> str:
+    """The file's name: for people to find it, and a hash that tells every two episodes apart."""
+    scenario, _, *others = episode
+    words = [scenario, *map(str, others)]
+    plain = [re.sub(r"[^A-Za-z0-9.]+", "-", word)[:40].strip("-.") for word in words]
+    code = hashlib.sha256(json.dumps(episode).encode()).hexdigest()[:12]
+    return f"{'_'.join([*plain, code])}.parquet"
+
+
+def prepare(folder: Path) -> None:
+    """Make sure that logs can be written, before any episode is run.
+
+    Raises:
+        StoreError: the folder cannot be made or written.
+    """
+    probe = folder / ".probe"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.write_text("")
+        probe.unlink()
+    except OSError as error:
+        raise StoreError(
+            f"{folder}: cannot write action logs: {error.strerror}; choose another folder"
+        ) from error
+
+
+def write(folder: Path, recording: Recording, record: Record, scenario: Scenario) -> Path:
+    """Write a log, whole or not at all.
+
+    Raises:
+        StoreError: the disk refuses.
+    """
+    rows = frame(recording.actions)
+    head: dict[str, Any] = {
+        "format": FORMAT,
+        "record": record.model_dump(mode="json", by_alias=True),
+        "scenario": scenario.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        "signal": recording.signal.model_dump(mode="json") if recording.signal else None,
+    }
+    head["sha256"] = _digest(head, rows)
+    path = folder / name_of(record.episode)
+    beside = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        rows.write_parquet(
+            beside,
+            compression="zstd",
+            compression_level=9,
+            statistics=False,
+            metadata={KEY: json.dumps(head, separators=(",", ":"))},
+        )
+        beside.replace(path)
+    except OSError as error:
+        beside.unlink(missing_ok=True)
+        raise StoreError(
+            f"{path}: cannot write the action log: {error.strerror or error}"
+        ) from error
+    return path
+
+
+def is_kept(folder: Path, episode: Key, identity: str) -> bool:
+    """Whether a folder has the log of just this episode; its commands are not looked at."""
+    import polars
+    from polars.exceptions import PolarsError
+
+    try:
+        head = json.loads(polars.read_parquet_metadata(folder / name_of(episode)).get(KEY, ""))
+        return bool(head["record"]["identity"] == identity)
+    except (OSError, ValueError, KeyError, TypeError, PolarsError):
+        return False
+
+
+def read(path: Path) -> ActionLog:
+    """Read a log and check that it is whole.
+
+    Raises:
+        ActionLogError: it is missing, no action log, changed since it was written, or written by a
+            version that logs otherwise.
+    """
+    head, rows = _contents(path)
+    if head.get("format") != FORMAT:
+        raise ActionLogError(
+            f"{path}: an action log of format {head.get('format')}, expected {FORMAT}; "
+            "replay it with the Right of Way that wrote it"
+        )
+    noted = head.pop("sha256", None)
+    if noted != _digest(head, rows):
+        raise ActionLogError(
+            f"{path}: does not match the SHA-256 noted in it: it was changed after it was written"
+        )
+    try:
+        record = Record.model_validate_json(json.dumps(head["record"]))
+        signal = TypeAdapter(Signal | None).validate_json(json.dumps(head["signal"]))
+        scenario = scenarios.parse(head["scenario"], str(path), record.scenario)
+    except (KeyError, TypeError, ScenarioError, ValidationError) as error:
+        raise ActionLogError(
+            f"{path}: its record, scenario or signal program is none ({_line(error)}); was the log "
+            "written by another version?"
+        ) from error
+    if scenario.hash != record.scenario_hash:
+        raise ActionLogError(
+            f"{path}: its scenario has the hash {scenario.hash[:12]}, its record names "
+            f"{record.scenario_hash[:12]}; it was put together from two, or written by a Right of "
+            f"Way ({record.versions.rightofway}) that hashes otherwise"
+        )
+    return ActionLog(path, record, scenario, signal, [Action(*row) for row in rows.iter_rows()])
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200]
+
+
+def _schema() -> Mapping[str, Any]:
+    import polars
+
+    kinds = (
+        *(polars.UInt32, polars.String, polars.String, polars.String),
+        *(polars.Float64, polars.Int8, polars.String),
+    )
+    return dict(zip(Action._fields, kinds, strict=True))
+
+
+def frame(actions: Sequence[Action]) -> "polars.DataFrame":
+    """Actions as the table that a log holds, a row each."""
+    import polars
+
+    return polars.DataFrame(actions, schema=dict(_schema()), orient="row")
+
+
+def _contents(path: Path) -> tuple[dict[str, Any], "polars.DataFrame"]:
+    """What the file holds; nothing of it is trusted yet."""
+    import polars
+    from polars.exceptions import PanicException, PolarsError
+
+    refused = f"{path}: not an action log; expected a file that `run --log-actions` wrote"
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ActionLogError(f"{path}: larger than an action log can be ({LARGEST} bytes)")
+        with path.open("rb") as file:
+            if file.read(4) != b"PAR1":
+                raise ActionLogError(refused)
+        head = json.loads(polars.read_parquet_metadata(path).get(KEY, ""))
+        if dict(polars.read_parquet_schema(path)) != _schema() or not isinstance(head, dict):
+            raise ActionLogError(refused)
+        rows = polars.scan_parquet(path).head(MOST_ACTIONS + 1).collect()
+    except OSError as error:
+        raise ActionLogError(
+            f"{path}: cannot read the action log: {error.strerror or error}"
+        ) from error
+    except (PanicException, PolarsError, ValueError, RecursionError) as error:
+        raise ActionLogError(f"{refused}; the file may be cut off") from error
+    if len(rows) > MOST_ACTIONS:
+        raise ActionLogError(f"{path}: more than {MOST_ACTIONS} commands; no episode has so many")
+    return head, rows
+
+
+def _digest(head: Mapping[str, Any], rows: "polars.DataFrame") -> str:
+    """SHA-256 of all that a log says, however Parquet packs it."""
+    found = hashlib.sha256(json.dumps(head, sort_keys=True).encode())
+    for column in rows.iter_columns():
+        found.update(f"\n{column.name} {json.dumps(column.to_list())}".encode())
+    return found.hexdigest()

@@ -1,0 +1,120 @@
+"""Episodes with action logs: run one and keep its commands, or score the commands again."""
+
+from collections.abc import Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmark.pictures.replay.recorder import Recorder
+from benchmark.plumbing.errors import ActionLogError
+from benchmark.records.record import Record
+from benchmark.scenario import catalogue
+from benchmark.study import action_log
+from benchmark.study.action_log import ActionLog
+from benchmark.study.actions import Recording, spoken
+from benchmark.study.episode import Episode, run, run_with
+
+VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
+
+
+def run_logged(episode: Episode, folder: Path, recorder: Recorder | None = None) -> Record:
+    """Run an episode and write its action log; one that does not end well leaves none.
+
+    Args:
+        episode: what to run.
+        folder: where the log goes.
+        recorder: keeps where everybody was.
+
+    Raises:
+        RightOfWayError: the scenario cannot be run.
+        StoreError: the disk refuses the log.
+    """
+    recording = Recording()
+    record = run(episode, recording=recording, recorder=recorder)
+    if record.status == "ok":
+        action_log.write(folder, recording, record, episode.scenario)
+    return record
+
+
+@dataclass(frozen=True)
+class LoggedEpisode(Episode):
+    """An episode whose commands are known."""
+
+    log: Path = Path()
+
+    @classmethod
+    def of(cls, log: ActionLog) -> "LoggedEpisode":
+        """The episode of a log."""
+        record = log.record
+        return cls(log.scenario, record.controller, record.rate, record.seed, log=log.path)
+
+
+def score(episode: LoggedEpisode, recorder: Recorder | None = None) -> Record:
+    """Run an episode again, with the commands of its log in place of its controller.
+
+    Args:
+        episode: what to run.
+        recorder: keeps where everybody was.
+
+    Raises:
+        ActionLogError: the log cannot be read.
+        RightOfWayError: the scenario cannot be run.
+    """
+    log = action_log.read(episode.log)
+    plugin = spoken(log.actions, log.record, log.signal)
+    return run_with(
+        lambda: nullcontext(plugin),
+        episode,
+        source=log.record.controller_from,
+        recorder=recorder,
+    )
+
+
+def is_shipped(scenario: str) -> bool:
+    """Whether a scenario of this name ships, at this or another demand."""
+    return (scenario.rpartition("@")[0] or scenario) in catalogue.shipped()
+
+
+def check_scenario(log: ActionLog) -> None:
+    """Make sure that a log does not call its own scenario by a shipped one's name.
+
+    Raises:
+        ActionLogError: the shipped scenario of that name is another.
+    """
+    name = log.record.scenario
+    if not is_shipped(name):
+        return
+    (shipped,) = catalogue.find([name])
+    if shipped.hash != log.record.scenario_hash:
+        raise ActionLogError(
+            f"{log.path}: of another {name} (hash {log.record.scenario_hash[:12]}) than the one "
+            f"that ships ({shipped.hash[:12]}); replay it with Right of Way "
+            f"{log.record.versions.rightofway}, which wrote it"
+        )
+
+
+def differences(original: Record, again: Record) -> list[str]:
+    """Where two records of an episode differ, as in ``trips.arrived: 40 there, 41 now``."""
+    first, second = (one.model_dump(exclude=VARIES) for one in (original, again))
+    return list(_differing(first, second, ""))
+
+
+def _differing(first: object, second: object, path: str) -> Iterator[str]:
+    if isinstance(first, dict) and isinstance(second, dict):
+        for key in [*first, *(second.keys() - first.keys())]:
+            yield from _differing(first.get(key), second.get(key), f"{path}.{key}".lstrip("."))
+    elif first != second:
+        yield f"{path}: {_brief(first)} there, {_brief(second)} now"
+
+
+def _brief(value: object) -> str:
+    text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def versions_differ(original: Record, again: Record) -> str | None:
+    """How the versions of two records differ, as in ``sumo 1.27.0 there, 1.28.0 now``."""
+    first, second = original.versions.model_dump(), again.versions.model_dump()
+    found = [f"{key} {first[key]} there, {second[key]} now" for key in first]
+    changed = [one for one, key in zip(found, first, strict=True) if first[key] != second[key]]
+    return "; ".join(changed) or None

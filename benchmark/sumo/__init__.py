@@ -1,0 +1,1 @@
+"""The only door to SUMO: roads, demand, lights, and a running simulation."""

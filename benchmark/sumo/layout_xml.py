@@ -1,0 +1,177 @@
+"""Scenario -> the plain XML that netconvert reads: nodes, edges and connections.
+
+Edge ids: ``northbound.upstream`` before the turn bay, ``northbound`` up to the entrance,
+``northbound.exit`` for the road that leaves northbound, ``northbound.exit.far`` after its taper.
+"""
+
+from collections.abc import Iterator, Mapping
+from math import cos, radians, sin
+from xml.sax.saxutils import quoteattr
+
+from benchmark.scenario.layout import COMPASS, LETTERS, Approach
+from benchmark.scenario.scenario import Scenario
+
+CENTRE = "intersection"
+TAPER = 100.0  # m behind the intersection after which surplus exit lanes end
+
+
+def plain_xml(scenario: Scenario, setbacks: Mapping[str, float]) -> dict[str, str]:
+    """The input of netconvert: nodes, edges and connections.
+
+    Args:
+        scenario: where the geometry comes from.
+        setbacks: how far netconvert pulls each approach's entrance back from the centre [m], so
+            that lengths can be measured from the entrance; empty on the first pass.
+    """
+    nodes = [f'<node id="{CENTRE}" x="0" y="0" type="traffic_light"/>']
+    edges: list[str] = []
+    connections: list[str] = []
+    for name, approach in scenario.approaches.items():
+        leg = _Leg(scenario, name, approach, setbacks.get(name, 0.0))
+        nodes += leg.nodes()
+        edges += leg.edges()
+        connections += [*leg.lanes_into_bay(), *leg.lanes_after_exit(), *leg.ways_through()]
+    return {
+        "net.nod.xml": _document("nodes", nodes),
+        "net.edg.xml": _document("edges", edges),
+        "net.con.xml": _document("connections", connections),
+    }
+
+
+def _document(root: str, lines: list[str]) -> str:
+    return "\n".join([f"<{root}>", *lines, f"</{root}>", ""])
+
+
+def exit_name(leg: str) -> str:
+    """The id of the road that leaves on an approach's leg, as in ``northbound.exit``."""
+    return f"{_opposite(leg)}.exit"
+
+
+def _opposite(approach: str) -> str:
+    return COMPASS[(COMPASS.index(approach) + 2) % 4]
+
+
+class _Leg:
+    """One leg in plain XML: the approach that arrives on it and the exit that leaves on it."""
+
+    def __init__(self, scenario: Scenario, name: str, approach: Approach, setback: float) -> None:
+        self.scenario, self.name, self.approach, self.setback = scenario, name, approach, setback
+        self.lanes = approach.lane_turns
+        self.upstream = approach.upstream_lanes or len(self.lanes)
+        self.onward = getattr(scenario.approaches, _opposite(name))  # arrives on the other side
+        self.exit = exit_name(name)
+        self.exit_lanes = (self.onward and self.onward.exit_lanes) or self.upstream
+        self.receiving = max(self.exit_lanes, self._most_lanes_into_exit())
+        self.entry = f"{name}.upstream" if approach.has_bay else name
+        self.length = approach.length + setback
+
+    def _most_lanes_into_exit(self) -> int:
+        """Lanes that some movement needs on this leg's exit; surplus lanes end at the taper."""
+        return max(
+            sum(turn in lane for lane in approach.lane_turns)
+            for name, approach in self.scenario.approaches.items()
+            for turn in "LCR"
+            if self.scenario.exit_leg(name, turn) == self.name
+        )
+
+    @property
+    def tapers(self) -> bool:
+        return self.receiving > self.exit_lanes and self.length > TAPER + self.setback + 10
+
+    def nodes(self) -> list[str]:
+        found = [self._node("far", self.length)]
+        if self.approach.has_bay:
+            found.append(self._node("bay", (self.approach.bay or 0.0) + self.setback))
+        if self.tapers:
+            found.append(self._node("taper", TAPER + self.setback, 'type="zipper"'))
+        return found
+
+    def _node(self, part: str, distance: float, extra: str = "") -> str:
+        """A node upstream of the entrance; headings count clockwise from north."""
+        angle = radians(self.approach.heading)
+        x, y = -distance * sin(angle), -distance * cos(angle)
+        return f'<node id="{self.name}.{part}" x="{x:.2f}" y="{y:.2f}" {extra}/>'
+
+    def edges(self) -> list[str]:
+        name, limit = self.name, self.approach.speed_limit
+        exit_limit = self.onward.speed_limit if self.onward else limit
+        found = []
+        if self.approach.has_bay:
+            found.append(_edge(self.entry, f"{name}.far", f"{name}.bay", self.upstream, limit))
+            found.append(_edge(name, f"{name}.bay", CENTRE, len(self.lanes), limit))
+        else:
+            found.append(_edge(name, f"{name}.far", CENTRE, len(self.lanes), limit))
+        end = f"{name}.taper" if self.tapers else f"{name}.far"
+        found.append(_edge(self.exit, CENTRE, end, self.receiving, exit_limit))
+        if self.tapers:
+            found.append(_edge(f"{self.exit}.far", end, f"{name}.far", self.exit_lanes, exit_limit))
+        return found
+
+    def lanes_into_bay(self) -> Iterator[str]:
+        """Right-turn lanes leave the kerb lane, left-turn lanes the innermost, the rest spread."""
+        if not self.approach.has_bay:
+            return
+        cross = [index for index, turns in enumerate(self.lanes) if "C" in turns]
+        for index, turns in enumerate(self.lanes):
+            if index in cross:
+                source = cross.index(index) * self.upstream // len(cross)
+            elif "R" in turns and "L" not in turns:
+                source = 0
+            else:
+                source = self.upstream - 1
+            yield _connection(self.entry, self.name, source, index)
+        served = {
+            0,
+            self.upstream - 1,
+            *(i * self.upstream // len(cross) for i in range(len(cross))),
+        }
+        for source in sorted(set(range(self.upstream)) - served):  # no lane may end blindly
+            yield _connection(self.entry, self.name, source, min(source, len(self.lanes) - 1))
+
+    def lanes_after_exit(self) -> Iterator[str]:
+        """Where surplus receiving lanes end, the kerb lanes merge."""
+        if self.tapers:
+            surplus = self.receiving - self.exit_lanes
+            for index in range(self.receiving):
+                yield _connection(self.exit, f"{self.exit}.far", index, max(0, index - surplus))
+
+    def ways_through(self) -> Iterator[str]:
+        """Right turns keep to the kerb of the exit; cross and left turns to its centre line.
+
+        Only a left turn that some phase permits to filter through gaps gets a waiting point inside
+        the junction. Elsewhere a vehicle that stands in the middle of the box is an accident to
+        come: with SUMO's waiting points everywhere, dark lights gave collisions by the dozen and
+        rings of four left-turners that wait for each other forever.
+        """
+        for turn in "RCL":
+            leg = self.scenario.exit_leg(self.name, turn)
+            sources = [index for index, turns in enumerate(self.lanes) if turn in turns]
+            if leg is None or not sources:
+                continue
+            lanes = _Leg(self.scenario, leg, getattr(self.scenario.approaches, leg), 0).receiving
+            first = 0 if turn == "R" else lanes - len(sources)
+            for offset, source in enumerate(sources):
+                yield _connection(
+                    *(self.name, exit_name(leg), source, first + offset),
+                    extra="" if turn == "L" and self._filters() else 'contPos="0"',
+                )
+
+    def _filters(self) -> bool:
+        """Whether a phase of the signal permits this approach's left turn."""
+        signal = self.scenario.signal
+        left = f"{LETTERS[self.name]}-L"
+        return signal is not None and any(left in phase.permitted for phase in signal.phases)
+
+
+def _edge(name: str, start: str, end: str, lanes: int, limit: float) -> str:
+    return (
+        f"<edge id={quoteattr(name)} from={quoteattr(start)} to={quoteattr(end)} "
+        f'numLanes="{lanes}" speed="{limit}"/>'
+    )
+
+
+def _connection(source: str, target: str, lane: int, target_lane: int, extra: str = "") -> str:
+    return (
+        f'<connection from="{source}" to="{target}" fromLane="{lane}" toLane="{target_lane}" '
+        f"{extra}/>"
+    )

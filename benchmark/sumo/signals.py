@@ -1,0 +1,194 @@
+"""Phases named by movements -> SUMO signal programs, and the switch that ``Phase`` turns."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.scenario.layout import Phase, Signal
+from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import tools
+from benchmark.sumo.junction import Junction
+from benchmark.sumo.network import Network
+
+FOREVER = 1e6  # s
+
+
+def check(scenario: Scenario, signal: Signal, network: Network) -> None:
+    """Refuse phases that let conflicting movements go without one of them yielding.
+
+    A left may yield to others; streams that both go straight on never share a green. A program
+    that a controller brings clears the intersection for as long as the scenario's does.
+
+    Raises:
+        ScenarioError: a phase has conflicting greens, or there is too little time between phases.
+    """
+    for key in ("yellow", "all_red"):
+        here, least = getattr(signal, key), getattr(scenario.signal, key, 0.0)
+        if here < least:
+            raise ScenarioError(
+                f"{scenario.name}: signal.{key}: {here:g} s; expected at least the {least:g} s of "
+                "the scenario's own program"
+            )
+    for junction in network.junctions.values():
+        movements = junction.intersection.movements
+        for index, phase in enumerate(signal.phases):
+            for name in phase.movements:
+                for other in sorted(movements[name].conflicts & set(phase.movements)):
+                    straight = {movements[name].turn, movements[other].turn} == {"C"}
+                    if straight or not {name, other} & set(phase.permitted):
+                        raise ScenarioError(
+                            f"{scenario.name}: signal.phases[{index}]: {name} and {other} conflict "
+                            "but are green together; split the phase, or name a left that yields "
+                            "in permitted"
+                        )
+
+
+def program_xml(scenario: Scenario, signal: Signal | None, network: Network) -> str:
+    """The additional file that sets every traffic light of a network.
+
+    Args:
+        scenario: where slip lanes are declared.
+        signal: the program; None for dark lights (every light shows G, as in Wang's code).
+        network: whose traffic lights are set.
+    """
+    lines = ["<additional>"]
+    for light, junction in network.junctions.items():
+        if signal is None:
+            dark = "G" * _width(junction)
+            lines += _logic(light, "static", "dark", [(dark, FOREVER, None, "dark")])
+        elif signal.kind == "fixed":
+            fixed = [(s, t, None, n) for s, t, _, n in _timeline(scenario, signal, junction)]
+            lines += _logic(light, "static", "fixed", fixed)
+        else:
+            rows = list(_timeline(scenario, signal, junction))
+            gap = f'<param key="max-gap" value="{signal.maximum_gap:g}"/>'
+            lines += _logic(light, "actuated", "actuated", rows, gap)
+    return "\n".join([*lines, "</additional>", ""])
+
+
+Row = tuple[str, float, float | None, str]  # state, longest [s], shortest [s], name
+
+
+def _logic(light: str, kind: str, program: str, rows: Sequence[Row], *parameters: str) -> list[str]:
+    phases = []
+    for state, longest, shortest, name in rows:
+        bounds = f' minDur="{shortest:g}" maxDur="{longest:g}"' if shortest is not None else ""
+        duration = longest if shortest is None else shortest
+        phases.append(
+            f'<phase duration="{duration:g}"{bounds} state="{state}" name={quoteattr(name)}/>'
+        )
+    head = f'<tlLogic id={quoteattr(light)} type="{kind}" programID="{program}" offset="0">'
+    return [head, *parameters, *phases, "</tlLogic>"]
+
+
+def _timeline(scenario: Scenario, signal: Signal, junction: Junction) -> Iterator[Row]:
+    for index, phase in enumerate(signal.phases):
+        after = signal.phases[(index + 1) % len(signal.phases)]
+        yield green(scenario, junction, phase), phase.green, phase.minimum_green, phase.name
+        if signal.yellow:
+            yield between(scenario, junction, phase, after, "y"), signal.yellow, None, "yellow"
+        if signal.all_red:
+            yield between(scenario, junction, phase, after, "r"), signal.all_red, None, "all red"
+
+
+def _width(junction: Junction) -> int:
+    return max(junction.links) + 1
+
+
+def green(scenario: Scenario, junction: Junction, phase: Phase) -> str:
+    """The state of a phase's green, a letter per link in SUMO's alphabet.
+
+    Right turns follow US practice: with their approach green they go and yield to merging
+    traffic, on red they stop first, from a slip lane they only yield.
+    """
+    approaches = {junction.intersection.movements[name].approach for name in phase.movements}
+    state = ["r"] * _width(junction)
+    for index, name in junction.links.items():
+        movement = junction.intersection.movements[name]
+        if movement.turn == "R":
+            slip = getattr(getattr(scenario.approaches, movement.approach), "slip_lane", False)
+            state[index] = "g" if slip or movement.approach in approaches else "s"
+        elif name in phase.permitted:
+            state[index] = "g"
+        elif name in phase.movements:
+            state[index] = "G"
+    return "".join(state)
+
+
+def between(
+    scenario: Scenario, junction: Junction, before: Phase, after: Phase, ending: str
+) -> str:
+    """The state between two phases: ``ending`` for those that lose their green."""
+    return "".join(
+        ending if old in "Gg" and new == "r" else ("r" if old == "r" else old)
+        for old, new in zip(
+            green(scenario, junction, before), green(scenario, junction, after), strict=True
+        )
+    )
+
+
+class PhaseSwitch:
+    """Shows the phases that a controller commands, with yellow and all-red between them."""
+
+    def __init__(self, scenario: Scenario, signal: Signal, junction: Junction) -> None:
+        self._scenario, self._signal, self._junction = scenario, signal, junction
+        self._phases: Mapping[str, Phase] = {phase.name: phase for phase in signal.phases}
+        self._shown: Phase | None = None
+        self._next: Phase | None = None
+        self._since = 0.0  # s, when the present green or the change began
+
+    @property
+    def phase(self) -> str | None:
+        """The phase that shows green; None during a change and before the first command."""
+        return self._shown.name if self._shown and not self._next else None
+
+    def request(self, name: str | None, time: float) -> str | None:
+        """The state to show from now on, or None before the first command.
+
+        Args:
+            name: the commanded phase; None keeps what is. A command during a change waits, and
+                a green lasts at least the phase's ``minimum_green``.
+            time: now [s].
+        """
+        if self._next is not None and self._shown is not None:
+            elapsed = round(time - self._since, 3)  # SUMO's clock counts milliseconds
+            if elapsed < self._signal.yellow:
+                return self._change("y")
+            if elapsed < self._signal.yellow + self._signal.all_red:
+                return self._change("r")
+            self._show(self._next, time)
+        wanted = self._phases.get(name) if name else None
+        if self._shown is None:
+            if wanted is None:
+                return None
+            self._show(wanted, time)
+        elif (
+            wanted is not None
+            and wanted is not self._shown
+            and round(time - self._since, 3) >= self._shown.minimum_green
+        ):
+            self._next, self._since = wanted, time
+            if self._signal.yellow + self._signal.all_red > 0:
+                return self._change("y" if self._signal.yellow else "r")
+            self._show(wanted, time)
+        assert self._shown is not None
+        return green(self._scenario, self._junction, self._shown)
+
+    def _show(self, phase: Phase, time: float) -> None:
+        self._shown, self._next, self._since = phase, None, time
+
+    def _change(self, ending: str) -> str:
+        assert self._shown is not None
+        assert self._next is not None
+        return between(self._scenario, self._junction, self._shown, self._next, ending)
+
+
+def program_file(scenario: Scenario, signal: Signal | None, network: Network) -> Path:
+    """``program_xml`` as a file in the cache."""
+    text = program_xml(scenario, signal, network)
+
+    def make(folder: Path) -> None:
+        (folder / "program.add.xml").write_text(text)
+
+    return tools.cached("programs", tools.digest(text), make) / "program.add.xml"

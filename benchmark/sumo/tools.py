@@ -1,0 +1,89 @@
+"""Runs the SUMO programs that come with the ``eclipse-sumo`` wheel, and caches what they make."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+from benchmark.plumbing.cache import cache_folder
+from benchmark.plumbing.errors import NetworkError, StoreError
+
+
+def sumo_version() -> str:
+    """The version of SUMO; part of the identity of every result."""
+    return version("eclipse-sumo")
+
+
+def program(name: str) -> Path:
+    """The path of a SUMO program, as in ``program("netconvert")``."""
+    import sumo
+
+    return Path(sumo.SUMO_HOME) / "bin" / name
+
+
+@cache
+def environment() -> dict[str, str]:
+    """The environment for SUMO programs: this package's SUMO, whatever else is installed."""
+    import sumo
+
+    return {**os.environ, "SUMO_HOME": sumo.SUMO_HOME}
+
+
+def run(name: str, *options: str) -> str:
+    """Run a SUMO program to its end.
+
+    Returns:
+        Its warnings, one per line; empty where it had none.
+
+    Raises:
+        NetworkError: it failed; the message holds its last words.
+    """
+    done = subprocess.run(  # noqa: S603  (our own program, a list of arguments, no shell)
+        [str(program(name)), *options], capture_output=True, text=True, env=environment()
+    )
+    if done.returncode != 0:
+        words = (done.stderr.strip() or done.stdout.strip()).splitlines()[-6:]
+        raise NetworkError(f"{name} failed: " + " / ".join(words))
+    return "\n".join(line for line in done.stderr.splitlines() if line.startswith("Warning"))
+
+
+def digest(*parts: str | bytes) -> str:
+    """SHA-256 over parts, none of which can run into the next."""
+    total = hashlib.sha256()
+    for part in parts:
+        data = part.encode() if isinstance(part, str) else part
+        total.update(len(data).to_bytes(8, "big") + data)
+    return total.hexdigest()
+
+
+def cached(kind: str, key: str, build: Callable[[Path], None]) -> Path:
+    """A folder that ``build`` fills once per key, safe against other processes doing the same.
+
+    Raises:
+        StoreError: the cache folder cannot be written.
+    """
+    place = cache_folder() / kind / key
+    if place.is_dir():
+        return place
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=".draft-", dir=place.parent))
+    except OSError as error:
+        raise StoreError(
+            f"{place.parent}: cannot write the cache: {error.strerror}; "
+            "set RIGHTOFWAY_CACHE to a folder you can write"
+        ) from error
+    try:
+        build(draft)
+        draft.rename(place)
+    except OSError:
+        if not place.is_dir():  # unless another process built it meanwhile
+            raise
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+    return place
