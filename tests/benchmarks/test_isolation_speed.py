@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 import pytest
-from conftest import CROSSROADS, crossing, smoke, state, vehicle
+from factories import CROSSROADS, crossing, smoke, state, vehicle
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmark.control import plugins

@@ -1,0 +1,258 @@
+"""Controllers that attack the benchmark: isolated, each costs its own episode and nothing else."""
+
+import ast
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from factories import smoke
+from plugins import install
+
+from benchmark.control import plugins
+from benchmark.control.isolation import landlock, seccomp
+from benchmark.control.isolation.limits import Limits
+from benchmark.control.isolation.remote import declared
+from benchmark.plumbing import cache
+from benchmark.plumbing.errors import ControllerError
+from benchmark.records.record import Record
+from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import run_all
+from benchmark.sumo import demand, network
+
+QUICK = Limits(step=0.5, start=1.2)  # s; for those who exceed them
+ROOMY = Limits(step=20.0, memory=320)
+
+needs_seccomp = pytest.mark.skipif(not seccomp.available(), reason="no seccomp filter here")
+needs_landlock = pytest.mark.skipif(not landlock.version(), reason="no Landlock here")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Where the villain is installed, here and in the processes that start here."""
+    place = install(tmp_path_factory.mktemp("site") / "villain", "villain")
+    secret = tmp_path_factory.mktemp("elsewhere") / "secret"
+    secret.write_text("the seeds of the final")
+    (place / "secret.txt").write_text(str(secret))
+    (place / "victim.txt").write_text("alive")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(place)
+        patch.setenv("RIGHTOFWAY_TEST_SECRET", "token")
+        plugins.discovered.cache_clear()
+        yield place
+    plugins.discovered.cache_clear()
+
+
+def attack(deed: str, limits: Limits = ROOMY, isolate: bool = True) -> Record:
+    """An episode with a villain; whatever it was, no process of it is left."""
+    before = set(psutil.Process().children(recursive=True))
+    record = run(Episode(smoke("tee"), f"villain?deed={deed}", 0.5, 1, isolate, limits))
+    left = set(psutil.Process().children(recursive=True)) - before
+    assert not psutil.wait_procs(left, timeout=2)[1]
+    return record
+
+
+def figures(record: Record) -> tuple[object, object]:
+    assert (record.status, record.reason) == ("ok", None)
+    return record.junctions, record.trips
+
+
+# --- it fails, and the record says why ----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("deed", "reason"),
+    [
+        ("loop", "act at 3 s: no answer within 0.5 s"),
+        ("loop-deaf", "act at 3 s: no answer within 0.5 s"),
+        ("trickle", "act at 3 s: no answer within 0.5 s"),
+        ("loop-in-reset", "reset: no answer within 1.2 s"),
+    ],
+)
+def test_who_does_not_answer_in_time_is_timed_out(deed: str, reason: str) -> None:
+    record = attack(deed, QUICK)
+    assert (record.status, record.reason) == ("timed out", reason)
+
+
+def test_a_sum_of_slow_answers_is_timed_out_too() -> None:
+    record = attack("doze", Limits(step=20.0, episode=0.5))
+    assert record.status == "timed out"
+    assert "its answers took more than 0.5 s together" in str(record.reason)
+
+
+@pytest.mark.parametrize(
+    ("deed", "status", "reason"),
+    [
+        ("exit", "failed", "act at 3 s raised SystemExit: enough (villain.py:"),
+        ("exit-hard", "crashed", "act at 3 s: the controller's process exited with code 3"),
+        ("exit-hard-in-reset", "crashed", "reset: the controller's process exited with code 4"),
+        ("kill-itself", "crashed", "act at 3 s: the controller's process was killed by SIGKILL"),
+        ("crash", "crashed", "act at 3 s: the controller's process was killed by SIGSEGV"),
+        ("hoard", "failed", "act at 3 s raised MemoryError (villain.py:"),
+        ("list", "failed", "act returned list; expected a mapping of ids to commands"),
+        ("raising-answer", "failed", "act at 3 s raised RuntimeError: no keys for you"),
+        ("two-faced-answer", "failed", "act at 3 s raised ValueError: too many values to unpack"),
+        ("huge-answer", "failed", "MemoryError"),
+        ("many-commands", "failed", "act at 3 s: malformed answer: 1188905 bytes; at most 262144"),
+        ("long-name", "failed", "act at 3 s: malformed answer: Expected `str` of length <= 200"),
+        ("garbage", "failed", "act at 3 s: malformed answer: MessagePack data is malformed"),
+        ("pickle", "failed", "act at 3 s: malformed answer: "),
+        ("wrong-answer", "failed", "malformed answer: got Begun, expected Commands"),
+        ("endless-frame", "failed", "act at 3 s: malformed answer: 4294967295 bytes; at most"),
+        ("hang-up", "crashed", "act at 3 s: the controller's process closed its connection"),
+        ("import-libsumo", "failed", "libsumo is out of reach for an isolated controller"),
+    ],
+)
+def test_what_a_villain_does_costs_its_episode(deed: str, status: str, reason: str) -> None:
+    record = attack(deed)
+    assert record.status == status
+    assert reason in str(record.reason)
+    assert record.junctions == {}
+
+
+def test_who_gets_past_the_gate_finds_a_libsumo_without_a_simulation() -> None:
+    record = attack("simulate", Limits(step=20.0))
+    assert record.status == "failed"
+    assert "raised FatalTraCIError: A network was not yet constructed." in str(record.reason)
+
+
+def test_who_has_no_memory_left_to_say_so_ends_all_the_same() -> None:
+    record = attack("hoard-silently", Limits(step=20.0, memory=512))
+    assert record.status in ("failed", "crashed")
+
+
+def told(record: Record) -> dict[str, object]:
+    """What a villain found out and raised."""
+    assert record.status == "failed"
+    found: dict[str, object] = ast.literal_eval(
+        str(record.reason).split("raised RuntimeError: ")[1].rpartition(" (")[0]
+    )
+    return found
+
+
+@needs_seccomp
+def test_other_processes_and_the_network_are_out_of_reach() -> None:
+    deeds = ("fork", "spawn", "kill_the_runner", "kill_all", "connect", "outlive")
+    denied = dict.fromkeys(deeds, "PermissionError")
+    assert told(attack("reach-processes")) == {**denied, "raise_limit": "ValueError"}
+
+
+@needs_landlock
+def test_files_that_are_not_its_own_are_out_of_reach(site: Path) -> None:
+    roads = network.build(smoke("tee"))
+    routes = demand.build(smoke("tee"), roads, 1).path
+    assert cache.cache_folder() in routes.parents
+    (site / "cache.txt").write_text(str(routes))
+    deeds = ("read_cache", "read_secret", "write", "delete")
+    assert told(attack("reach-files")) == dict.fromkeys(deeds, "PermissionError")
+    assert (site / "victim.txt").exists()
+
+
+def test_it_finds_no_secrets_and_nothing_of_ours_open() -> None:
+    found = told(attack("look-around"))
+    kept = {"PATH", "LANG", "LC_ALL", "TZ", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH"}
+    threads = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"}
+    environment = found.pop("environment")
+    assert isinstance(environment, list)
+    assert set(environment) - kept == {"HOME", "TMPDIR", *threads}
+    assert found == {"descriptors": 1, "arguments": [], "folder": [], "runner": []}
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("loops-on-import", 'import of "loops-on-import": no answer within 1.2 s'),
+        ("exits-hard-on-import", "the controller's process exited with code 5"),
+        ("villain?deer=1", "unknown key"),
+    ],
+)
+def test_who_fails_on_import_is_refused_before_anything_runs(name: str, reason: str) -> None:
+    with pytest.raises(ControllerError, match=reason):
+        declared(name, QUICK)
+    record = run(Episode(smoke("tee"), name, 0.5, 1, True, QUICK))
+    assert record.status in ("failed", "timed out", "crashed")
+    assert reason in str(record.reason)
+
+
+# --- it is futile -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("deed", ["shout", "patch", "mutate"])
+def test_some_deeds_change_nothing(deed: str) -> None:
+    assert figures(attack(deed)) == figures(attack("nothing", isolate=False))
+
+
+@pytest.mark.parametrize(
+    ("deed", "reason"),
+    [
+        ("nan", "Drive refused: the acceleration is not a finite number"),
+        ("no-number", "Drive refused: the acceleration is not a finite number"),
+        ("no-lane", "Drive refused: the lane change is not -1, 0 or 1"),
+        ("no-text", "Go refused: the vehicle is not in the control zone"),
+        ("unknown-vehicle", "refused: the vehicle is not in the control zone"),
+    ],
+)
+def test_illegal_commands_are_refused_alike_isolated_and_not(deed: str, reason: str) -> None:
+    alone, together = attack(deed), attack(deed, isolate=False)
+    assert figures(alone) == figures(together)
+    (junction,) = alone.junctions.values()
+    assert junction.refused_commands > 0
+    assert any(reason in one for one in junction.refusals)
+
+
+def test_what_is_no_command_is_refused() -> None:
+    (junction,) = attack("nonsense").junctions.values()
+    (other,) = attack("nonsense", isolate=False).junctions.values()
+    assert junction.refused_commands == other.refused_commands > 0
+    assert any("NotACommand refused: it is not a command" in one for one in junction.refusals)
+
+
+# --- all else goes on ---------------------------------------------------------------------------
+
+
+def test_a_suite_with_villains_completes_and_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    expected = {
+        "loop": "timed out",
+        "exit-hard": "crashed",
+        "crash": "crashed",
+        "hoard": "failed",
+        "nothing": "ok",
+    }
+    chosen = [
+        Episode(smoke("tee"), f"villain?deed={deed}", 0.5, seed, True, limits)
+        for deed in expected
+        for limits in (QUICK if deed == "loop" else ROOMY,)
+        for seed in (1, 2)
+    ]
+    found = {(one.controller, one.seed): one.status for one in run_all(chosen, workers=2)}
+    assert found == {
+        (f"villain?deed={deed}", seed): status
+        for deed, status in expected.items()
+        for seed in (1, 2)
+    }
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere it ends when it next answers")
+def test_it_dies_with_its_runner(site: Path) -> None:
+    code = (
+        "import sys; sys.path[:0] = sys.argv[1:]; from factories import smoke; "
+        "from benchmark.study.episode import Episode, run; "
+        "from benchmark.control.isolation.limits import Limits;"
+        "run(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, Limits(step=60.0)))"
+    )
+    here = str(Path(__file__).parents[1])
+    with psutil.Popen([sys.executable, "-c", code, str(site), here, str(Path.cwd())]) as runner:
+        children: list[psutil.Process] = []
+        deadline = time.monotonic() + 20
+        while not any(one.cpu_times().user > 0.4 for one in children):  # it loops by now
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+            children = runner.children(recursive=True)
+        runner.kill()
+    assert not psutil.wait_procs(children, timeout=5)[1]

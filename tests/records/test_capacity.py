@@ -1,0 +1,151 @@
+"""From records at many demands to the demand at which an intersection jams."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from factories import shipped
+from hypothesis import given
+from hypothesis import strategies as st
+from test_leaderboard import record
+
+from benchmark.plumbing.errors import ScenarioError
+from benchmark.records.capacity import Curve, curves, markdown
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.scenario import catalogue
+
+
+def at(demand: float, passed: float, seed: int = 1, **facts: object) -> Record:
+    """An episode at a demand in which so many vehicles passed in an hour."""
+    return record(scenario=f"test/a@{demand:g}", throughput=passed, seed=seed, **facts)
+
+
+def test_an_episode_jams_when_fewer_than_two_thirds_get_through() -> None:
+    (curve,) = curves([at(600, 401), at(900, 601), at(1200, 799)])
+    assert curve == Curve("test/a", "c", 0.5, {600.0: 0.0, 900.0: 0.0, 1200.0: 1.0}, seeds=1)
+
+
+def test_the_capacity_is_the_greatest_demand_before_most_episodes_jam() -> None:
+    found = curves(
+        [
+            at(demand, passed, seed)
+            for demand, passed, seed in (
+                *((300, 300, 1), (300, 300, 2)),
+                *((600, 600, 1), (600, 10, 2)),  # half
+                *((900, 10, 1), (900, 10, 2)),
+                *((1200, 1200, 1), (1200, 1200, 2)),  # luck past the jam does not count
+            )
+        ]
+    )
+    assert [(curve.capacity, curve.seeds) for curve in found] == [(600.0, 2)]
+
+
+def test_a_smallest_demand_that_jams_leaves_no_capacity() -> None:
+    assert [curve.capacity for curve in curves([at(300, 10)])] == [None]
+
+
+@given(st.dictionaries(st.integers(1, 5000), st.floats(0, 1), min_size=1))
+def test_up_to_the_capacity_no_demand_jams_mostly(jammed: dict[int, float]) -> None:
+    shares = {float(demand): share for demand, share in jammed.items()}
+    found = Curve("test/a", "c", 0.5, shares, seeds=1).capacity
+    lower = [share for demand, share in shares.items() if found and demand <= found]
+    assert all(share <= 0.5 for share in lower)
+    beyond = [demand for demand in sorted(shares) if found is None or demand > found]
+    assert not beyond or shares[beyond[0]] > 0.5
+
+
+def test_only_the_newest_record_of_an_episode_counts_and_failures_do_not() -> None:
+    found = curves([at(600, 10), at(600, 600), at(600, 600, seed=2, status="failed")])
+    assert [(curve.jammed, curve.seeds) for curve in found] == [({600.0: 0.0}, 1)]
+
+
+def test_scenarios_at_their_own_demand_are_left_out() -> None:
+    assert curves([record()]) == []
+
+
+def test_the_table_has_a_row_for_each_controller_and_rate_and_a_column_for_each_demand() -> None:
+    found = curves([at(600, 600, rate=0.05), at(900, 10, rate=0.05), at(600, 10, rate=None)])
+    assert markdown(found).splitlines() == [
+        "Share of episodes of test/a that jam, by total demand [veh/h], 1 seeds:",
+        "",
+        "| controller   |   RVs |   holds up to |   600 |   900 |",
+        "|--------------|-------|---------------|-------|-------|",
+        "| c            |   any |             - | 100 % |       |",
+        "| c            |   5 % |           600 |   0 % | 100 % |",
+    ]
+
+
+def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    program = Path(sys.executable).parent / "rightofway"
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60)
+
+
+def test_the_command_shows_where_the_runs_of_a_folder_jam(tmp_path: Path) -> None:
+    study = ("smoke/crossing@300", "smoke/crossing@600", "--controller", "first-come")
+    done = command("run", *study, "--rate", "0.5", "--seeds", "1", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    done = command("capacity", "--records", tmp_path)
+    assert done.returncode == 0
+    assert "| first-come   |  50 % |" in done.stdout
+    assert "300 |   600 |" in done.stdout
+
+
+def test_a_folder_without_such_runs_says_how_to_make_some(tmp_path: Path) -> None:
+    study = ("smoke/crossing", "--controller", "first-come", "--rate", "0.5", "--seeds", "1")
+    assert command("run", *study, "--out", tmp_path).returncode == 0
+    done = command("capacity", "--records", tmp_path)
+    assert done.returncode == 2
+    assert "make some with `rightofway run 334@500" in " ".join(done.stderr.split())
+
+
+# --- scenarios at another demand -----------------------------------------------------------------
+
+
+def test_a_reference_with_a_demand_scales_every_count() -> None:
+    (found,) = catalogue.find(["334@700"])
+    plain = shipped("colorado-springs/334")
+    assert found.name == "colorado-springs/334@700"
+    assert found.peak_demand == pytest.approx(700)
+    assert found.hash != plain.hash
+    ratio = 700 / plain.peak_demand
+    for before, after in zip(plain.demand, found.demand, strict=True):
+        for leg in plain.approaches.names():
+            for turn in "LCR":
+                scaled = ratio * before.counts(leg).of(turn)
+                assert after.counts(leg).of(turn) == pytest.approx(scaled)
+
+
+def test_a_folder_with_a_demand_scales_each_of_its_scenarios() -> None:
+    found = catalogue.find(["smoke@500", "smoke/tee"])
+    assert [one.name for one in found] == [
+        *("smoke/asymmetric@500", "smoke/crossing@500", "smoke/tee@500"),
+        "smoke/tee",
+    ]
+
+
+def test_the_demand_that_a_scenario_has_leaves_its_meaning_as_it_is() -> None:
+    plain = shipped("smoke/tee")
+    assert plain.at_demand(plain.peak_demand).hash == plain.hash
+
+
+@pytest.mark.parametrize("total", ["", "x", "0", "-5", "nan", "inf", "1e9"])
+def test_a_demand_that_makes_no_sense_is_refused(total: str) -> None:
+    with pytest.raises(
+        ScenarioError, match=r'expected vehicles per hour behind the @, as in "334@'
+    ):
+        catalogue.find([f"334@{total}"])
+
+
+def test_a_file_with_an_at_in_its_name_is_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "mine@home.toml"
+    file.write_text((Path(__file__).parents[2] / "scenarios/smoke/tee.toml").read_text())
+    (found,) = catalogue.find([str(file)])
+    assert found.name.endswith("/mine@home")
+
+
+def test_the_committed_curves_say_what_the_results_say() -> None:
+    folder = Path(__file__).parents[2] / "results" / "capacity"
+    found = markdown(curves(Store(folder).read()))
+    assert (folder / "CAPACITY.md").read_text("utf-8") == found, "regenerate with `make capacity`"

@@ -1,0 +1,274 @@
+"""A reference: written whole or not at all, read only if whole, and ours equals what code gives."""
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from test_leaderboard import record
+from test_regression_report import MADE
+
+from benchmark.plumbing.errors import StoreError, UsageError
+from benchmark.plumbing.git_state import git_state
+from benchmark.records import provenance, reference
+from benchmark.records.record import Record
+from benchmark.records.statistics import ENOUGH
+from benchmark.records.store import Store
+from benchmark.scenario import catalogue
+from benchmark.study import episode
+from benchmark.study import suite as suite_file
+from benchmark.study.episode import Episode
+from benchmark.study.episodes import episodes
+
+SHIPPED = Path(__file__).parents[2] / "results" / "reference"
+REMEDY = "regenerate with `make reference`"
+
+
+def refuse(message: str) -> None:
+    raise AssertionError(message)
+
+
+def some(count: int = 3, **facts: Any) -> list[Record]:
+    return [record(seed=seed, wall_time=seed / 7, **facts) for seed in range(count, 0, -1)]
+
+
+def written(folder: Path, records: list[Record]) -> Path:
+    reference.write(folder, records, MADE)
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+# --- in and out ------------------------------------------------------------------------------
+
+
+def test_a_reference_comes_back_with_its_provenance(tmp_path: Path) -> None:
+    folder = written(tmp_path / "deep" / "ref", [*some(), *some(scenario="test/b")])
+    found = reference.read(folder, refuse)
+    assert [(one.scenario, one.seed) for one in found.records] == [
+        (name, seed) for name in ("test/a", "test/b") for seed in (1, 2, 3)
+    ]
+    assert {one.wall_time for one in found.records} == {0.0}
+    assert found.provenance is not None
+    assert found.provenance.episodes == 6
+    given = {"episodes": 8, "records_hash": "b"}
+    assert found.provenance.model_copy(update=given) == MADE
+    assert reference.read(folder / "records", refuse) == found
+
+
+def test_the_same_records_in_any_order_give_the_same_files(tmp_path: Path) -> None:
+    records = [*some(), *some(rate=None), *some(controller="d")]
+    one, other = written(tmp_path / "a", records), written(tmp_path / "b", records[::-1])
+    assert contents(one) == contents(other)
+
+
+def test_ends_of_lines_do_not_matter(tmp_path: Path) -> None:
+    """Git may turn them round."""
+    folder = written(tmp_path / "ref", some())
+    (path,) = (folder / "records").iterdir()
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    assert len(reference.read(folder, refuse).records) == 3
+
+
+def test_a_results_folder_serves_with_a_notice(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.prepare()
+    store.append(record())
+    notices: list[str] = []
+    found = reference.read(tmp_path, notices.append)
+    assert (found.provenance, len(found.records)) == (None, 1)
+    assert "no reference.toml" in notices[0]
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[: path.read_bytes().rindex(b"{")])
+
+
+def change(path: Path) -> None:
+    path.write_bytes(path.read_bytes().replace(b'"throughput":1000.0', b'"throughput":1000.5', 1))
+
+
+def double(path: Path) -> None:
+    path.write_bytes(path.read_bytes() + path.read_bytes().splitlines(keepends=True)[0])
+
+
+def tear(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-9])
+
+
+@pytest.mark.parametrize("damage", [cut, change, double, tear, Path.unlink])
+def test_a_reference_that_is_not_as_it_was_made_is_refused(
+    damage: Callable[[Path], None], tmp_path: Path
+) -> None:
+    folder = written(tmp_path / "ref", [*some(), *some(scenario="test/b")])
+    damage(folder / "records" / "test-b.jsonl")
+    with pytest.raises(StoreError, match="rightofway reference update"):
+        reference.read(folder, refuse)
+
+
+# --- replaced or left ------------------------------------------------------------------------
+
+
+def test_a_new_reference_replaces_the_old_one_and_leaves_nothing_else(tmp_path: Path) -> None:
+    folder = written(tmp_path / "ref", [*some(), *some(scenario="test/gone")])
+    reference.check_target(folder)
+    written(folder, some(5))
+    assert len(reference.read(folder, refuse).records) == 5
+    assert [path.name for path in tmp_path.iterdir()] == ["ref"]
+
+
+@pytest.mark.parametrize("name", ["append", "records_hash", "as_toml", "rename", "second rename"])
+@pytest.mark.parametrize("kind", [KeyboardInterrupt, OSError])
+def test_whatever_goes_wrong_the_old_reference_stays(
+    name: str, kind: type[BaseException], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = written(tmp_path / "ref", some())
+    before = contents(tmp_path)
+    rename, calls = Path.rename, 0
+
+    def fail(*_: object, **__: object) -> None:
+        raise kind(28, "No space left on device")
+
+    def second_fails(source: Path, target: Path) -> Path:
+        nonlocal calls
+        calls += 1
+        return fail() if calls == 2 else rename(source, target)  # type: ignore[func-returns-value]
+
+    owner: Any = {"append": Store, "records_hash": reference, "as_toml": type(MADE)}.get(name, Path)
+    replacement = second_fails if name == "second rename" else fail
+    monkeypatch.setattr(owner, name.removeprefix("second "), replacement)
+    with pytest.raises(StoreError if kind is OSError else kind):
+        written(folder, some(5))
+    monkeypatch.undo()
+    assert contents(tmp_path) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["ref"]
+
+
+def test_a_folder_that_holds_other_things_is_no_target(tmp_path: Path) -> None:
+    folder = written(tmp_path / "ref", some())
+    (folder / "notes.txt").touch()
+    with pytest.raises(UsageError, match=r"notes\.txt is no part of a reference"):
+        reference.check_target(folder)
+    (tmp_path / "file").touch()
+    for path, words in ((tmp_path, "but no reference.toml"), (tmp_path / "file", "is a file")):
+        with pytest.raises(UsageError, match=words):
+            reference.check_target(path)
+    with pytest.raises(StoreError, match="cannot write beside it"):
+        reference.check_target(tmp_path / "file" / "ref")
+    (tmp_path / "empty").mkdir()
+    reference.check_target(tmp_path / "empty")
+    reference.check_target(tmp_path / "new" / "ref")
+
+
+# --- provenance ------------------------------------------------------------------------------
+
+
+def test_provenance_comes_back_from_its_file(tmp_path: Path) -> None:
+    for made in (MADE, MADE.model_copy(update={"git": None})):
+        (tmp_path / "reference.toml").write_text(made.as_toml(), encoding="utf-8")
+        assert provenance.read(tmp_path / "reference.toml") == made
+
+
+def git(folder: Path, *arguments: str) -> str:
+    identity = ("-c", "user.name=Test", "-c", "user.email=test@example.org")
+    return subprocess.run(
+        ["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, text=True
+    ).stdout.strip()
+
+
+def test_the_state_of_a_repository_is_its_commit_and_what_is_not_committed(tmp_path: Path) -> None:
+    ref = tmp_path / "results" / "ref [1]"
+    assert git_state(tmp_path, besides=ref) is None
+    git(tmp_path, "init", "-q")
+    (tmp_path / "a file").write_text("one\n" * 9)
+    (tmp_path / "gone").touch()
+    state = git_state(tmp_path, besides=ref)
+    assert state is not None
+    assert (state.commit, set(state.uncommitted)) == (None, {"a file", "gone"})
+    git(tmp_path, "add", "-A")
+    git(tmp_path, "commit", "-qm", "x")
+    ref.mkdir(parents=True)
+    (ref / "reference.toml").touch()  # its own changes do not count
+    state = git_state(ref.parent, besides=ref)
+    assert state is not None
+    assert (state.commit, state.uncommitted) == (git(tmp_path, "rev-parse", "HEAD"), ())
+    git(tmp_path, "mv", "a file", "moved ü")
+    (tmp_path / "gone").unlink()
+    (tmp_path / "new").touch()
+    state = git_state(ref.parent, besides=ref)
+    assert state is not None
+    assert set(state.uncommitted) == {"moved ü", "gone", "new"}
+    assert git_state(tmp_path, besides=Path("/elsewhere")) is not None
+
+
+def test_without_the_program_git_there_is_no_state(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert git_state(Path.cwd(), besides=tmp_path) is None
+
+
+def test_what_git_refuses_is_told(tmp_path: Path) -> None:
+    git(tmp_path, "init", "-q")
+    (tmp_path / ".git" / "config").write_text("[core\n")
+    with pytest.raises(UsageError, match=r"git rev-parse: .*config.*--allow-dirty"):
+        git_state(tmp_path, besides=tmp_path / "ref")
+
+
+# --- ours ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def shipped() -> reference.Reference:
+    return reference.read(SHIPPED, refuse)
+
+
+def test_ours_holds_every_episode_of_its_suite(shipped: reference.Reference) -> None:
+    suite = suite_file.load(suite_file.shipped()["regression"])
+    assert shipped.provenance is not None
+    assert shipped.provenance.suite_hash == provenance.hash_of(suite), REMEDY
+    assert (suite.seeds or 0) >= ENOUGH  # or nothing could be proven
+    wanted = episodes(
+        suite.load_scenarios(),
+        suite.checked_controllers(),
+        suite.rates,
+        range(1, (suite.seeds or 0) + 1),
+    )
+    assert {one.episode for one in shipped.records} == {
+        (one.scenario.name, one.scenario.hash, one.controller, one.rate, one.seed) for one in wanted
+    }, REMEDY
+    assert {one.status for one in shipped.records} == {"ok"}
+
+
+def test_ours_names_nobodys_machine(shipped: reference.Reference) -> None:
+    made = shipped.provenance
+    assert made is not None
+    assert made.command.startswith("rightofway reference update")
+    assert "/tmp" not in made.command
+    assert made.git is not None
+
+
+@pytest.mark.parametrize(
+    ("scenario", "controller", "rate"),
+    [
+        ("smoke/tee", "traffic-light", None),
+        ("smoke/asymmetric", "first-come", 0.5),
+        ("smoke/crossing", "virtual-signal", 1.0),
+        ("smoke/crossing@3000", "time-windows", 0.5),
+        ("smoke/asymmetric@3000", "wang", 0.5),
+    ],
+)
+def test_ours_equals_what_the_code_gives(
+    shipped: reference.Reference, scenario: str, controller: str, rate: float | None
+) -> None:
+    (committed,) = (
+        one
+        for one in shipped.records
+        if (one.scenario, one.controller, one.rate, one.seed) == (scenario, controller, rate, 2)
+    )
+    again = episode.run(Episode(catalogue.one(scenario), controller, rate, seed=2))
+    varies = {"wall_time", "versions", "controller_from", "identity"}  # the last is of the code
+    assert again.model_dump(exclude=varies) == committed.model_dump(exclude=varies), REMEDY

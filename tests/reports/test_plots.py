@@ -1,0 +1,284 @@
+"""The figures of a results folder: what they show, the same bytes each time, and bad input."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_leaderboard import record, unlucky
+from test_store import filled
+from typer.testing import CliRunner
+
+from benchmark.commands.app import app
+from benchmark.plumbing.errors import RightOfWayError
+from benchmark.records import table
+from benchmark.records.record import Record, Waiting
+from benchmark.records.store import Store
+from benchmark.reports.plots import comparison, gallery, style, traffic, training, waiting
+from benchmark.reports.plots.data import Data, Wish
+
+ROOT = Path(__file__).parents[2]
+SEEDS = range(1, 8)
+
+
+def study(**waits: Sequence[float]) -> list[Record]:
+    """Records of controllers by their waiting at 10, 20, ... %; the signal waits 20 s."""
+    found = [record("traffic-light", seed, 20.0 + 0.1 * seed, rate=None) for seed in SEEDS]
+    for name, means in waits.items():
+        for index, mean in enumerate(means, start=1):
+            found += [
+                record(
+                    name,
+                    seed,
+                    mean + 0.1 * seed,
+                    rate=index / 10,
+                    unregulated_lane_curve=(1.0, 0.5),
+                    waiting_by_movement={
+                        "N-C": Waiting(mean=mean, p95=mean, maximum=mean, vehicles=3)
+                    },
+                )
+                for seed in SEEDS
+            ]
+    return found
+
+
+def data(records: Iterable[Record], **wish: Any) -> Data:
+    held = list(records)
+    return Data(
+        table.of(held), lambda names: (r for r in held if r.scenario in names), Wish(**wish)
+    )
+
+
+# --- what they show ---------------------------------------------------------------------------
+
+
+def test_boxes_hold_the_seeds_of_each_controller_and_lines_the_signals() -> None:
+    figure = waiting.boxes(data(study(a=[30.0, 10.0], b=[5.0, 2.0])))
+    assert figure is not None
+    (axes,) = (one for one in figure.axes if one.get_visible())
+    medians = sorted(one.get_ydata()[0] for one in axes.lines if one.get_linewidth() == 1.3)
+    assert medians == pytest.approx([2.4, 5.4, 10.4, 30.4])
+    signal = [one for one in axes.lines if list(one.get_xdata()) == [0, 1]]
+    assert [one.get_ydata()[0] for one in signal] == [pytest.approx(20.4)]
+    assert [one.get_text() for one in axes.get_xticklabels()] == ["10 %", "20 %"]
+
+
+def test_episodes_that_jammed_and_waits_of_nothing_stay_in_the_picture() -> None:
+    figure = waiting.boxes(
+        data([*study(a=[30.0]), *(record("a", 20 + n, 900.0 * n, rate=0.1) for n in (0, 1))])
+    )
+    assert figure is not None
+    low, high = figure.axes[0].get_ylim()
+    assert low <= waiting.SHORTEST < 900.0 <= high
+    assert figure.axes[0].get_yscale() == "log"
+
+
+def test_improvement_is_the_reduction_against_the_signal() -> None:
+    figure = comparison.improvement(data(study(a=[9.8, 40.8])))
+    assert figure is not None
+    assert [one.get_text() for one in figure.axes[0].texts] == ["50", "-102"]
+
+
+def test_a_reduction_that_may_be_chance_says_so() -> None:
+    few = [one for one in study(a=[9.8]) if one.seed < 4]
+    figure = comparison.improvement(data(few))
+    assert figure is not None
+    assert [one.get_text() for one in figure.axes[0].texts] == ["50?"]
+
+
+@pytest.mark.parametrize(
+    ("means", "rate"),
+    [
+        ([10.0, -10.0, -10.0], 0.15),
+        ([10.0, -30.0, -10.0], 0.125),
+        ([-5.0, 10.0, -10.0], 0.25),  # the last time counts
+        ([-1.0, -2.0, -3.0], -math.inf),
+        ([1.0, -2.0, 3.0], math.inf),
+        ([1.0, 0.0, -3.0], 0.2),
+    ],
+)
+def test_the_crossover_is_where_waiting_falls_below_for_good(
+    means: list[float], rate: float
+) -> None:
+    found = comparison.crossover([0.1, 0.2, 0.3], np.array([means] * 7))
+    assert (found.low, found.rate, found.high) == pytest.approx((rate, rate, rate))
+
+
+@given(st.lists(st.tuples(*[st.floats(-50, 50)] * 3), min_size=2, max_size=8))
+def test_the_interval_of_a_crossover_lies_among_what_seeds_may_give(
+    rows: list[tuple[float, float, float]],
+) -> None:
+    found = comparison.crossover([0.1, 0.2, 0.3], np.array(rows))
+    assert found.low <= found.high
+    for each in (found.low, found.rate, found.high):
+        assert math.isinf(each) or 0.1 <= each <= 0.3
+
+
+def test_crossovers_are_paired_by_seed_and_need_two_rates() -> None:
+    found = comparison.crossovers(data(study(a=[30.0, 10.0], b=[5.0])))
+    assert found.keys() == {("test/a", "a")}
+    assert found["test/a", "a"].rate == pytest.approx(0.15)
+
+
+def test_figures_at_one_rate_show_curves_and_movements_there() -> None:
+    shown = data(study(a=[30.0, 10.0]), rate=0.2)
+    curves, bars = traffic.unregulated(shown), traffic.movements(shown)
+    assert curves is not None
+    assert [list(one.get_ydata()) for one in curves.axes[0].lines] == [[1.0, 0.5]]
+    assert bars is not None
+    assert [one.get_height() for one in bars.axes[0].patches] == [pytest.approx(10.0)]
+    assert traffic.unregulated(data(study(a=[30.0]), rate=0.7)) is None
+
+
+def test_the_newest_record_counts_and_failures_are_left_out() -> None:
+    old, new = study(a=[30.0]), study(a=[10.0])
+    found = data([*old, *new, unlucky("b", rate=0.1)])
+    assert found.values("average_waiting_time", "test/a", 0.1, "a")[1] == pytest.approx(10.1)
+    assert found.values("average_waiting_time", "test/a", 0.1, "b") == {}
+
+
+def test_a_figure_with_nothing_to_show_is_none() -> None:
+    nothing = data([unlucky("a", rate=0.1)])
+    for kind in gallery.KINDS:
+        assert kind.draw(nothing, {}) is None
+    assert comparison.improvement(data([one for one in study(a=[1.0]) if one.rate])) is None
+
+
+def test_a_single_record_makes_a_figure() -> None:
+    with style.styled():
+        assert waiting.boxes(data([record()])) is not None
+        assert waiting.throughput(data([record()])) is not None
+
+
+def test_rows_of_edited_code_keep_their_curves() -> None:
+    records = [
+        one.model_copy(update={"controller_from": f"a 1.0 sha256:{digit * 64}"})
+        for digit in "12"
+        for one in study(a=[5.0])
+        if one.rate
+    ]
+    both = data([*records[:3], *records[-3:]], rate=0.1)
+    assert both.controllers == ["a (11111111)", "a (22222222)"]
+    assert all(both.records("test/a", 0.1, name) for name in both.controllers)
+    assert traffic.unregulated(both) is not None
+
+
+def test_a_few_controllers_are_chosen_where_none_are_asked_for() -> None:
+    many = {f"c{number}": [1.0] for number in range(9)} | {"wang": [1.0]}
+    records = study(**many)
+    assert data(records).controllers == ["wang", "c0", "c1", "c2", "c3"]
+    assert data(records, controllers=("c7", "traffic-light")).controllers == ["c7"]
+    assert data(records).controllers_left_out == 5
+    assert data(records, controllers=("c7",)).controllers_left_out == 9
+    assert data(records).signals == ["traffic-light"]
+    options = [record("x?a=1"), record("x?a=2", seed=2)]
+    assert data(options).controllers == ["x?a=1", "x?a=2"]
+
+
+# --- logs -------------------------------------------------------------------------------------
+
+
+def test_curves_are_found_by_run_and_holes_are_left_out(tmp_path: Path) -> None:
+    for name, text in (("one", "rollout/waiting,other\n5,\n,1\n3,2\n"), ("two", "x\n1\n")):
+        (tmp_path / name / "logs").mkdir(parents=True)
+        (tmp_path / name / "logs" / "progress.csv").write_text(text)
+    found = training.logs([tmp_path])
+    assert list(found) == ["one", "two"]
+    figure = training.curves(found)
+    assert figure is not None
+    (line,) = figure.axes[0].lines
+    assert (list(line.get_xdata()), list(line.get_ydata())) == ([1, 3], [5.0, 3.0])
+    assert training.curves({"two": found["two"]}) is None
+
+
+# --- the command ------------------------------------------------------------------------------
+
+
+Call = Callable[..., Any]
+
+
+@pytest.fixture
+def call(tmp_path: Path) -> Call:
+    filled(tmp_path, *study(a=[30.0, 10.0], b=[5.0, 2.0]))
+
+    def invoke(*arguments: str) -> Any:
+        given = ["figures", "--records", str(tmp_path), *arguments]
+        return CliRunner().invoke(app, given)
+
+    return invoke
+
+
+@pytest.mark.parametrize("form", style.FORMATS)
+def test_the_same_records_give_the_same_bytes(call: Call, tmp_path: Path, form: str) -> None:
+    names = ("waiting", "crossover")
+    chosen = [part for name in names for part in ("--only", name)]
+    for folder in ("one", "two"):
+        done = call("--format", form, "--out", str(tmp_path / folder), *chosen)
+        assert done.exit_code == 0, done.output
+    for name in names:
+        one, two = (tmp_path / folder / f"{name}.{form}" for folder in ("one", "two"))
+        assert one.read_bytes() == two.read_bytes()
+    assert not (tmp_path / "one" / gallery.PAGE).exists()  # some figures alone make no page
+
+
+def test_the_page_shows_every_figure_with_its_caption(call: Call, tmp_path: Path) -> None:
+    done = call("--at", "0.2")
+    assert done.exit_code == 0, done.output
+    assert "training: nothing to draw; give the folders" in done.output
+    page = (tmp_path / "figures" / gallery.PAGE).read_text()
+    for kind in gallery.KINDS[:-1]:
+        assert f"]({kind.name}.png)" in page
+        assert (tmp_path / "figures" / f"{kind.name}.png").stat().st_size > 5000
+    assert "At 20 % RVs." in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--format", "gif"], '--format "gif": expected png, svg, pdf'),
+        (["--only", "wating"], '--only "wating": no such figure; did you mean "waiting"?'),
+        (["--scenario", "b"], '--scenario "b": no records; known: test/a'),
+        (["--controller", "aa"], '--controller "aa": no records; did you mean "a"?'),
+        (["--training", "nowhere"], "nowhere: no logs of a training run (logs/progress.csv)"),
+        (["--only", "training"], "nothing to draw"),
+        (["--records", "nowhere"], "nowhere/records: no records here"),
+    ],
+)
+def test_bad_input_gets_one_message(call: Call, arguments: list[str], words: str) -> None:
+    done = call(*arguments)
+    assert isinstance(done.exception, RightOfWayError)
+    assert words in str(done.exception)
+
+
+def test_a_log_that_is_none_and_a_folder_that_is_a_file_are_named(
+    call: Call, tmp_path: Path
+) -> None:
+    (tmp_path / "run" / "logs").mkdir(parents=True)
+    (tmp_path / "run" / "logs" / "progress.csv").write_text("rollout/waiting\nmuch\n")
+    done = call("--training", str(tmp_path / "run"))
+    assert "progress.csv: not a log of a training run" in str(done.exception)
+    (tmp_path / "file").write_text("")
+    done = call("--out", str(tmp_path / "file" / "below"))
+    assert "cannot write" in str(done.exception)
+
+
+def test_the_committed_page_has_all_its_figures() -> None:
+    folder = ROOT / "results" / "figures"
+    page = (folder / gallery.PAGE).read_text()
+    for name in gallery.NAMES:
+        assert f"]({name}.png)" in page
+        assert (folder / f"{name}.png").is_file()
+
+
+def test_the_committed_crossovers_are_those_of_the_records(tmp_path: Path) -> None:
+    """The figure of least bytes stands for all: drawn again, it is the same."""
+    store = Store(ROOT / "results")
+    shown = Data(store.table(), store.records_of, Wish())
+    ((_, path),) = gallery.write(shown, {}, tmp_path, "png", ["crossover"])
+    assert path is not None
+    committed = ROOT / "results" / "figures" / "crossover.png"
+    assert path.read_bytes() == committed.read_bytes(), "draw again with `make figures`"

@@ -1,0 +1,135 @@
+"""The suite: which episodes a study holds, and worker processes that survive bad controllers."""
+
+from collections import Counter
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+
+import psutil
+import pytest
+from factories import smoke
+from plugins import install
+
+from benchmark.control import plugins
+from benchmark.plumbing.errors import ControllerError
+from benchmark.study.episode import Episode
+from benchmark.study.episodes import episodes, run_all
+
+TIME_LIMIT = 5.0  # s; an episode here takes a tenth of a second, a worker's start one
+DOOMED = {
+    "raises-in-act": (
+        "failed",
+        "act at 10 s raised ValueError: no idea\n[what] to do (hostile.py:",
+    ),
+    "raises-in-reset": ("failed", "reset raised KeyError: 'weights' (hostile.py:"),
+    "returns-nonsense": ("failed", "returns-nonsense: act returned list; expected a mapping"),
+    "lacks-weights": ("failed", "raised FileNotFoundError: weights.pt (hostile.py:"),
+    "exits": ("failed", "act at 1 s raised SystemExit: SUMO_HOME is not set"),
+    "crashes": ("crashed", "the worker process died (SIGSEGV)"),
+    "hangs": ("timed out", f"not done after {TIME_LIMIT:g} s"),
+}  # status and part of the reason
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _hostile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """The hostile controllers are installed, here and in worker processes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(install(tmp_path_factory.mktemp("site") / "hostile"))
+        plugins.discovered.cache_clear()
+        yield
+    plugins.discovered.cache_clear()
+
+
+# --- which episodes ---------------------------------------------------------------------------
+
+
+def test_episodes_are_ordered_by_scenario_controller_rate_and_seed() -> None:
+    scenarios = [smoke("tee"), smoke("crossing")]
+    controllers, rates, seeds = ["virtual-signal", "first-come"], [0.7, 0.2], [3, 1]
+    found = episodes(scenarios, controllers, rates, seeds)
+    wanted = product([one.name for one in scenarios], controllers, rates, seeds)
+    assert [(e.scenario.name, e.controller, e.rate, e.seed) for e in found] == list(wanted)
+
+
+def test_a_controller_that_commands_no_vehicle_runs_once_for_all_rates() -> None:
+    names = ["traffic-light", "virtual-signal", "unsignalised"]
+    found = episodes([smoke("tee")], names, [0.2, 0.7], [1])
+    assert [(e.controller, e.rate) for e in found] == [
+        ("traffic-light", None),
+        ("virtual-signal", 0.2),
+        ("virtual-signal", 0.7),
+        ("unsignalised", None),
+    ]
+
+
+def test_rates_and_seeds_default_to_the_scenarios_own() -> None:
+    found = episodes([smoke("tee")], ["virtual-signal"], None, None)
+    assert [(e.rate, e.seed) for e in found] == [(0.5, 1), (0.5, 2)]
+
+
+def test_an_unknown_controller_is_refused_before_anything_runs() -> None:
+    with pytest.raises(ControllerError, match='"first-cone"; did you mean "first-come"'):
+        episodes([smoke("tee")], ["virtual-signal", "first-cone"], None, None)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("exits-on-import", "cannot be imported: SystemExit: set HOSTILE_HOME first"),
+        ("misspells-rules", 'rules = \'signal\'; expected "signals" or "robot vehicles"'),
+        ("no-controller", "is not a benchmark.control.controller.Controller"),
+    ],
+)
+def test_a_plugin_that_cannot_be_loaded_is_refused_by_name(name: str, reason: str) -> None:
+    with pytest.raises(ControllerError, match=f'"{name}" .*{reason}'):
+        plugins.load(name)
+
+
+# --- worker processes -------------------------------------------------------------------------
+
+
+def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_complete(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    good = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(len(DOOMED))]
+    bad = [Episode(smoke("crossing"), name, 0.5, 1) for name in DOOMED]
+    chosen = [one for pair in zip(bad, good, strict=True) for one in pair]
+    records = list(run_all(chosen, workers=2, time_limit=TIME_LIMIT))
+    assert Counter((one.controller, one.seed) for one in records) == Counter(
+        (one.controller, one.seed) for one in chosen
+    )
+    for record in records:
+        status, reason = DOOMED.get(record.controller, ("ok", ""))
+        assert (record.status, record.rate) == (status, 0.5)
+        assert reason in (record.reason or "")
+        assert (record.trips is not None) == (status == "ok")
+    assert not list(tmp_path.iterdir())  # those who died and hung left no files either
+
+
+def test_commands_to_humans_are_counted_and_change_nothing() -> None:
+    names = ("commands-humans", "mutates-state")
+    chosen = [Episode(smoke("asymmetric"), name, 0.5, 1) for name in names]
+    records = {one.controller: one for one in run_all(chosen, workers=1)}
+    refused, quiet = (records[name].junctions["intersection"] for name in names)
+    assert refused.refused_commands > 100
+    assert refused.refusals[0].startswith("commands-humans: Go refused: the vehicle is not")
+    none = {"refused_commands": 0, "refusals": ()}
+    assert refused.model_copy(update=none) == quiet
+    assert records["commands-humans"].trips == records["mutates-state"].trips
+
+
+def test_a_controller_cannot_change_what_it_receives() -> None:
+    (record,) = run_all([Episode(smoke("tee"), "mutates-state", 0.5, 1)], workers=1)
+    assert (record.status, record.reason) == ("ok", None)
+    assert record.scenario_hash == smoke("tee").hash
+
+
+def test_a_suite_that_is_stopped_early_leaves_no_worker_behind() -> None:
+    chosen = [Episode(smoke("tee"), name, 0.5, 1) for name in ("virtual-signal", "hangs")]
+    running = run_all(chosen, workers=2)
+    assert next(running).controller == "virtual-signal"
+    running.close()  # type: ignore[attr-defined]
+    children = psutil.Process().children(recursive=True)
+    workers = [one for one in children if "spawn_main" in str(one.cmdline())]
+    assert not psutil.wait_procs(workers, timeout=10)[1]

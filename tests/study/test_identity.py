@@ -1,0 +1,187 @@
+"""The identity of an episode: equal where figures must be equal, another where they may not."""
+
+import dataclasses
+import re
+from pathlib import Path
+
+import grimp
+import pytest
+from factories import smoke
+from test_leaderboard import record
+
+from benchmark import __version__
+from benchmark.control import plugins
+from benchmark.control.isolation.limits import Limits
+from benchmark.records import leaderboard
+from benchmark.study import identity
+from benchmark.study.episode import Episode, run
+
+CONTROLLER = """
+from benchmark.control.controller import Controller
+
+class Mine(Controller):
+    def reset(self, intersection, seed):
+        pass
+
+    def act(self, state):
+        return {}
+"""
+ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
+
+
+def test_the_record_of_an_episode_has_its_identity() -> None:
+    assert run(ONE).identity == ONE.identity
+    assert len(ONE.identity) == 64
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"scenario": smoke("crossing")},
+        {"scenario": smoke("tee").with_demand(1.5)},
+        {"controller": "first-come"},
+        {"controller": "virtual-signal?green=9"},
+        {"rate": 0.6},
+        {"seed": 2},
+        {"isolate": True},
+        {"isolate": True, "limits": Limits(memory=1024)},
+    ],
+)
+def test_whatever_may_change_figures_changes_the_identity(change: dict[str, object]) -> None:
+    others = [dataclasses.replace(ONE, **change), ONE, dataclasses.replace(ONE, isolate=True)]
+    wanted = 2 if change == {"isolate": True} else 3
+    assert len({one.identity for one in others}) == wanted
+
+
+def test_limits_that_bind_nobody_change_nothing() -> None:
+    """The controller is installed, and so is not isolated."""
+    assert dataclasses.replace(ONE, limits=Limits(memory=1024)).identity == ONE.identity
+
+
+def test_a_file_is_known_by_what_it_holds_not_by_where_it_lies(tmp_path: Path) -> None:
+    found = []
+    for folder, text in (("a", CONTROLLER), ("b", CONTROLLER), ("c", f"{CONTROLLER}\n# edited")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.py").write_text(text)
+        reference = f"{tmp_path / folder / 'mine.py'}:Mine"
+        found.append(dataclasses.replace(ONE, controller=reference).identity)
+    assert found[0] == found[1] != found[2]
+
+
+@pytest.mark.parametrize("name", ["helper.py", "weights.safetensors"])
+def test_code_and_weights_beside_a_file_count(tmp_path: Path, name: str) -> None:
+    (tmp_path / "mine.py").write_text(CONTROLLER)
+    one = dataclasses.replace(ONE, controller=f"{tmp_path / 'mine.py'}:Mine")
+    found = []
+    for text in ("", "# edited"):
+        (tmp_path / name).write_text(text)
+        (tmp_path / "notes.txt").write_text(text)
+        identity.beside.cache_clear()
+        found.append(one.identity)
+    assert found[0] != found[1]
+
+
+def test_files_that_options_name_count_by_what_they_hold(tmp_path: Path) -> None:
+    named = tmp_path / "mine.safetensors"
+    one = dataclasses.replace(ONE, controller=f"wang?weights={named}")
+    found = [one.identity]
+    for text in (b"1", b"2"):
+        named.write_bytes(text)
+        found.append(one.identity)
+    assert len(set(found)) == 3
+    assert dataclasses.replace(ONE, controller=f"wang?weights={'x' * 5000}").identity
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package with a controller and weights, on the path."""
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    for name, content in (("__init__.py", ""), ("one.py", CONTROLLER), ("weights.bin", "1")):
+        (folder / name).write_text(content)
+    monkeypatch.syspath_prepend(tmp_path)
+    return folder
+
+
+@pytest.mark.parametrize("name", ["one.py", "__init__.py", "weights.bin", "new/data.txt"])
+def test_a_file_of_its_package_counts_without_a_new_version(package: Path, name: str) -> None:
+    mine = dataclasses.replace(ONE, controller="mine.one:Mine")
+    found = []
+    for text in ("", "# edited"):
+        (package / name).parent.mkdir(exist_ok=True)
+        (package / name).write_text(CONTROLLER + text)
+        identity.code.cache_clear()
+        found.append(mine.identity)
+    assert found[0] != found[1]
+    identity.code.cache_clear()
+
+
+def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
+    mine = dataclasses.replace(ONE, controller="mine.one:Mine")
+
+    def source() -> str:
+        identity.code_and_weights.cache_clear()
+        return mine.controller_from
+
+    found = [source()]
+    (package / "two.py").write_text("# imported by one.py")
+    found.append(source())
+    assert all(re.fullmatch("one.py sha256:[0-9a-f]{64}", one) for one in found)
+    rows = leaderboard.rows(
+        record("mine.one:Mine", seed=seed, controller_from=one)
+        for seed, one in enumerate(found, start=1)
+    )
+    assert sorted(row.controller for row in rows) == sorted(
+        f"mine.one:Mine ({one.rpartition(':')[2][:8]})" for one in found
+    )
+    for name in (".one.py.swp", "NOTES.txt", ".hidden/three.py"):
+        (package / name).parent.mkdir(exist_ok=True)
+        (package / name).write_text("x")
+    assert source() == found[1]
+    identity.code_and_weights.cache_clear()
+
+
+def test_of_an_installed_package_the_version_is_named_too(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plugins, "provenance", lambda text: "mine 2.1")
+    assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.origin("mine.one:Mine"))
+    assert identity.origin("nowhere.at.all:Mine") == "mine 2.1"
+    identity.code_and_weights.cache_clear()
+
+
+def test_right_of_ways_own_controllers_are_told_by_its_version() -> None:
+    assert ONE.controller_from == f"rightofway {__version__}"
+
+
+def test_what_python_keeps_beside_a_package_does_not_count(package: Path) -> None:
+    before = identity.code("mine")
+    (package / "__pycache__").mkdir()
+    (package / "__pycache__" / "one.pyc").write_text("x")
+    identity.code.cache_clear()
+    assert identity.code("mine") == before
+    identity.code.cache_clear()
+
+
+def test_no_two_ways_to_cut_files_share_a_hash(package: Path) -> None:
+    (package / "a").write_text("1")
+    (package / "b").write_text("2")
+    before = identity.code("mine")
+    (package / "b").unlink()
+    (package / "a").write_text("1b\x001\x002")
+    identity.code.cache_clear()
+    assert identity.code("mine") != before
+    identity.code.cache_clear()
+
+
+def test_episodes_import_nothing_of_the_folders_that_do_not_count() -> None:
+    graph = grimp.build_graph("benchmark", "baselines")
+    found = graph.find_upstream_modules("benchmark.study.episode") | graph.find_upstream_modules(
+        "baselines", as_package=True
+    )
+    used = {name.split(".")[1] for name in found if name.startswith("benchmark.")}
+    assert {"world", "metrics", "isolation"} <= used
+    assert not used & identity.APART
+    folder = Path(identity.__file__).parent
+    assert all((folder / name / "__init__.py").exists() for name in identity.APART)
+    assert not [path for name in identity.DATA for path in (folder / name).glob("__init__.py")]

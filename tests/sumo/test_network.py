@@ -1,0 +1,194 @@
+"""Networks: movements, conflicts, lanes and lengths as the scenario says, the same every time."""
+
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+import sumolib
+from factories import CONFLICT_FREE, PAPER, SHIPPED, network_of, parsed, shipped
+
+from benchmark.plumbing.errors import NetworkError
+from benchmark.scenario.scenario import LETTERS, Scenario
+from benchmark.sumo import network
+from benchmark.sumo.junction import Junction, movement_of
+
+NORTH = "approaches.northbound"
+
+
+def junction_of(name: str) -> Junction:
+    (junction,) = network_of(name).junctions.values()
+    return junction
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_an_intersection_of_the_paper_has_its_conflict_free_set(name: str) -> None:
+    intersection = junction_of(name).intersection
+    movements = intersection.regulated_movements
+    free = {
+        frozenset(pair) for pair in combinations(movements, 2) if not intersection.conflict(*pair)
+    }
+    assert movements == ("N-L", "N-C", "E-L", "E-C", "S-L", "S-C", "W-L", "W-C")
+    assert free == CONFLICT_FREE
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_conflicts_are_mutual_and_never_with_ones_own_approach_or_a_right_turn(name: str) -> None:
+    movements = junction_of(name).intersection.movements
+    assert any(movement.conflicts for movement in movements.values())
+    for movement in movements.values():
+        for other in (movements[one] for one in movement.conflicts):
+            assert movement.id in other.conflicts
+            assert movement.approach != other.approach
+            assert movement.regulated
+            assert other.regulated
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_roads_have_the_asked_lengths_up_to_the_entrance(name: str) -> None:
+    intersection = junction_of(name).intersection
+    roads = sumolib.net.readNet(str(network_of(name).path), withInternal=True)
+    for approach, asked in shipped(name).approaches.items():
+        length = roads.getEdge(approach).getLength()
+        lanes = [lane for lane in intersection.lanes.values() if lane.approach == approach]
+        assert length == pytest.approx(asked.bay or asked.length, abs=0.1)
+        assert {lane.length for lane in lanes} == {length}
+        if asked.has_bay:
+            upstream = roads.getEdge(f"{approach}.upstream")
+            node = 4.0  # m that netconvert cuts out where the lanes spread
+            assert upstream.getLength() + node + length == pytest.approx(asked.length, abs=0.1)
+            assert len(upstream.getLanes()) == asked.upstream_lanes
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_lanes_serve_the_movements_that_the_scenario_gives_them(name: str) -> None:
+    lanes = junction_of(name).intersection.lanes
+    for approach, asked in shipped(name).approaches.items():
+        served = {
+            lane.index: set(lane.movements) for lane in lanes.values() if lane.approach == approach
+        }
+        assert served == {
+            index: {f"{LETTERS[approach]}-{turn}" for turn in turns}
+            for index, turns in enumerate(asked.lane_turns)
+        }
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_link_and_every_piece_of_road_inside_belongs_to_a_movement(name: str) -> None:
+    junction = junction_of(name)
+    movements = junction.intersection.movements
+    roads = sumolib.net.readNet(str(network_of(name).path), withInternal=True)
+    assert sorted(junction.links) == list(range(len(junction.links)))
+    assert set(junction.links.values()) == set(movements) == set(junction.roads.values())
+    for movement in movements.values():
+        assert {way.lane for way in movement.ways} == {
+            lane.id
+            for lane in junction.intersection.lanes.values()
+            if movement.id in lane.movements
+        }
+        for way in movement.ways:
+            end = 0.0
+            for lane, piece in junction.inside.items():
+                if (piece.movement, piece.lane) == (movement.id, way.lane):
+                    assert (piece.offset, piece.length) == (end, way.length)
+                    end += roads.getLane(lane).getLength()
+            assert end == pytest.approx(way.length)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_right_turns_keep_to_the_kerb_and_the_others_to_the_centre_of_the_exit(name: str) -> None:
+    roads = sumolib.net.readNet(str(network_of(name).path))
+    for movement in junction_of(name).intersection.movements.values():
+        lanes = range(len(roads.getEdge(movement.exit).getLanes()))
+        taken = sorted(roads.getLane(way.exit_lane).getIndex() for way in movement.ways)
+        count = len(movement.ways)
+        assert taken == list(lanes[:count] if movement.turn == "R" else lanes[-count:])
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    [*map(shipped, SHIPPED), parsed({f"{NORTH}.bay": 50, f"{NORTH}.upstream_lanes": 5})],
+    ids=[*SHIPPED, "five lanes into three"],
+)
+def test_no_lane_ends_before_the_entrance_and_every_bay_can_be_reached(scenario: Scenario) -> None:
+    roads = sumolib.net.readNet(str(network.build(scenario).path))
+    for approach, asked in scenario.approaches.items():
+        if asked.has_bay:
+            upstream, bay = roads.getEdge(f"{approach}.upstream"), roads.getEdge(approach)
+            (links,) = upstream.getOutgoing().values()
+            assert {link.getFromLane() for link in links} == set(upstream.getLanes())
+            assert {link.getToLane() for link in links} == set(bay.getLanes())
+
+
+def test_a_t_junction_has_exactly_the_movements_that_lead_somewhere() -> None:
+    intersection = junction_of("smoke/tee").intersection
+    assert set(intersection.movements) == {"N-L", "N-R", "E-C", "E-R", "W-L", "W-C"}
+    assert intersection.regulated_movements == ("N-L", "E-C", "W-L", "W-C")
+    assert intersection.movements["N-L"].conflicts == {"E-C", "W-L", "W-C"}
+    assert not intersection.conflict("E-C", "W-C")
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_control_zone_reaches_upstream_of_a_short_bay(name: str) -> None:
+    junction, reach = junction_of(name), shipped(name).intersection.control_zone
+    for approach, asked in shipped(name).approaches.items():
+        zone = {lane: place for lane, place in junction.zone.items() if place.approach == approach}
+        upstream = {lane: z for lane, z in zone.items() if lane.startswith(f"{approach}.upstream")}
+        assert max(place.end + place.length for place in zone.values()) >= min(reach, asked.length)
+        assert bool(upstream) == (asked.has_bay and asked.bay is not None and asked.bay < reach)
+        for place in upstream.values():
+            between = [one for lane, one in zone.items() if lane.startswith(":")]
+            assert [one.end for one in between] == pytest.approx(
+                [asked.bay] * len(between), abs=0.1
+            )
+            assert {one.end + one.length for one in between} == {place.end}
+
+
+def test_the_facts_of_an_intersection_are_the_scenarios() -> None:
+    intersection = junction_of("smoke/tee").intersection
+    assert (intersection.control_zone, intersection.decision_zone, intersection.step) == (80, 30, 1)
+    assert intersection.phases == {
+        "E-C W-C": {"E-C", "W-C"},
+        "W-C W-L": {"W-C", "W-L"},
+        "N-L": {"N-L"},
+    }
+
+
+@pytest.mark.parametrize("name", ["smoke/asymmetric", PAPER[0]])
+def test_a_scenario_builds_the_same_network_in_a_fresh_cache(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = network_of(name)
+    monkeypatch.setattr(network, "_built", {})
+    again = network.build(shipped(name))
+    monkeypatch.setattr(network, "_built", {})
+    monkeypatch.setenv("RIGHTOFWAY_CACHE", str(tmp_path))
+    fresh = network.build(shipped(name))
+    assert again == before
+    assert tmp_path in fresh.path.parents
+    assert (fresh.hash, fresh.junctions) == (before.hash, before.junctions)
+
+
+def test_another_scenario_builds_another_network() -> None:
+    assert len({network_of(name).hash for name in SHIPPED}) == len(SHIPPED)
+
+
+def test_headings_that_turn_a_cross_into_a_left_are_refused_with_the_movements() -> None:
+    headings = {"eastbound": 90, "southbound": 110, "westbound": 300}
+    crooked = {f"approaches.{name}.heading": degrees for name, degrees in headings.items()}
+    with pytest.raises(NetworkError, match=r"test/a: the headings make other movements .*N-C"):
+        network.build(parsed(crooked))
+
+
+def test_a_route_has_the_movement_by_which_it_crosses() -> None:
+    junction = junction_of("smoke/asymmetric")
+    crossing = ("northbound.upstream", "northbound", "eastbound.exit")
+    assert movement_of(junction, crossing) == "N-R"
+    assert movement_of(junction, crossing[:2]) is None
+
+
+def test_a_controller_cannot_change_the_facts_it_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(network, "_built", {})  # not the one that other tests use
+    intersection = junction_of("smoke/tee").intersection
+    for facts in (intersection.lanes, intersection.movements, intersection.phases):
+        with pytest.raises(TypeError):
+            facts["N-L"] = None
