@@ -9,10 +9,10 @@ from baselines.hierarchical.observation import SIZE, LateralObserver
 from baselines.hierarchical.policy import Observer
 from baselines.hierarchical.safety import with_braking
 from baselines.wang.controller import Wang
+from benchmark.control.arbitration import can_stop, held_by_conflict
 from benchmark.control.controller import Command, Go
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
-from benchmark.world.rules import can_stop, held_by_conflict
 
 
 class Hierarchical(Hierarchy):

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from baselines.time_windows.prediction import Passage, Predictor
+from benchmark.control.arbitration import stopping_speed
 from benchmark.control.state import TrafficState, Vehicle
-from benchmark.world.rules import stopping_speed
 
-MARGIN = 0.5  # m by which RVs stop earlier than ``benchmark.world.rules`` has them stop
+MARGIN = 0.5  # m by which RVs stop earlier than the rules have them stop
 
 
 @dataclass(frozen=True, slots=True)

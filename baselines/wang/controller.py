@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import ClassVar
 
 from baselines.wang.policy import HIDDEN, Greedy, shapes
+from benchmark.control.arbitration import undecided
 from benchmark.control.controller import Command, Controller, Go, Stop
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.control.training import declared
 from benchmark.learning.observation import Layout, Observer
 from benchmark.learning.weights import Weights, load
-from benchmark.world.rules import undecided
 
 SHIPPED = Path(__file__).parent / "weights"
 

@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState
-from benchmark.records.record import Training
+from benchmark.control.training import Training
+from benchmark.plumbing.errors import ControllerError
 from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
 
@@ -49,6 +50,19 @@ class Phase:
 
 
 Command = Go | Stop | Drive | Phase
+
+
+def expect_mapping(controller: str, commands: object) -> None:
+    """Refuse an answer that is no commands at all.
+
+    Raises:
+        ControllerError: it is not a mapping; the message names the controller.
+    """
+    if not isinstance(commands, Mapping):
+        raise ControllerError(
+            f"{controller}: act returned {type(commands).__name__}; "
+            "expected a mapping of ids to commands"
+        )
 
 
 class Controller(ABC):

@@ -10,8 +10,8 @@ from benchmark.control.controller import Command, Controller
 from benchmark.control.intersection import Intersection
 from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
+from benchmark.control.training import Training
 from benchmark.plumbing.errors import RightOfWayError
-from benchmark.records.record import Training
 from benchmark.scenario.scenario import Scenario
 
 TRAINED_ON = TypeAdapter(tuple[Training, ...] | None)

@@ -1,9 +1,11 @@
-"""Which traffic seeds are for what, and what learned weights declare of those they met."""
+"""The law of seeds: which are for what, and what weights or settings declare of those they met."""
 
 from collections.abc import Mapping
 from typing import Any
 
-from benchmark.records.record import Training
+from pydantic import Field
+
+from benchmark.plumbing.models import Entry, Words
 
 FIRST_TRAINING_SEED = 10_000
 """Traffic seeds: 1 to 1000 are for evaluation, 1001 to 1999 for validation, from here training."""
@@ -11,6 +13,30 @@ FIRST_TRAINING_SEED = 10_000
 VALIDATION_SEEDS = range(1001, 2000)
 FRESH_SEEDS = range(VALIDATION_SEEDS.stop, FIRST_TRAINING_SEED)
 """For nothing of these, so that whoever verifies a submission may draw from them."""
+
+
+class Training(Entry):
+    """Traffic that weights or settings were fitted to."""
+
+    scenarios: tuple[Words, ...] = Field(description="files, folders or names of scenarios")
+    first: int = Field(description="the first traffic seed")
+    last: int = Field(description="the last, itself included")
+
+    def meets(self, scenario: str, seed: int) -> bool:
+        """Whether an episode's traffic was trained on; at which demand makes no difference."""
+        if not self.first <= seed <= self.last:
+            return False
+        name = _without_demand(scenario)
+        folder, _, stem = name.rpartition("/")
+        for reference in map(_without_demand, self.scenarios):
+            above, _, last = reference.removesuffix(".toml").replace("\\", "/").rpartition("/")
+            if last == folder or (last == stem and above.rpartition("/")[2] in ("", folder)):
+                return True
+        return False
+
+
+def _without_demand(scenario: str) -> str:
+    return scenario.rpartition("@")[0] or scenario
 
 
 def declared(notes: Mapping[str, Any]) -> tuple[Training, ...] | None:

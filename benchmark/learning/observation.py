@@ -11,10 +11,10 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from benchmark.control.arbitration import held_by_conflict
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import CELLS, STATIONARY, TrafficState, Vehicle
 from benchmark.plumbing.errors import UsageError
-from benchmark.world.rules import held_by_conflict
 
 Layout = Literal["paper", "extended"]
 Numbers = npt.NDArray[np.float32]

@@ -1,18 +1,12 @@
 """What an episode leaves behind, with units; the schema of the store."""
 
 from collections.abc import Iterable
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import Field
 
-Words = Annotated[str, AfterValidator(lambda text: text.encode(errors="replace").decode())]
-"""Text from elsewhere, such as a controller's error; what UTF-8 cannot hold becomes ``?``."""
-
-
-class Entry(BaseModel):
-    """Part of a record: frozen, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+from benchmark.control.training import Training
+from benchmark.plumbing.models import Entry, Words
 
 
 class Waiting(Entry):
@@ -70,30 +64,6 @@ class Versions(Entry):
     python: str
 
 
-class Training(Entry):
-    """Traffic that weights or settings were fitted to."""
-
-    scenarios: tuple[Words, ...] = Field(description="files, folders or names of scenarios")
-    first: int = Field(description="the first traffic seed")
-    last: int = Field(description="the last, itself included")
-
-    def meets(self, scenario: str, seed: int) -> bool:
-        """Whether an episode's traffic was trained on; at which demand makes no difference."""
-        if not self.first <= seed <= self.last:
-            return False
-        name = _without_demand(scenario)
-        folder, _, stem = name.rpartition("/")
-        for reference in map(_without_demand, self.scenarios):
-            above, _, last = reference.removesuffix(".toml").replace("\\", "/").rpartition("/")
-            if last == folder or (last == stem and above.rpartition("/")[2] in ("", folder)):
-                return True
-        return False
-
-
-def _without_demand(scenario: str) -> str:
-    return scenario.rpartition("@")[0] or scenario
-
-
 class Record(Entry):
     """One episode: one scenario, controller, rate and seed."""
 
@@ -122,7 +92,7 @@ class Record(Entry):
         None, description="SHA-256 of all that determines the figures; null in older records"
     )
     versions: Versions
-    junctions: dict[str, JunctionMetrics] = {}
+    junctions: dict[str, JunctionMetrics] = Field(default_factory=dict)
     trips: TripMetrics | None = None
     wall_time: float = Field(0.0, description="[s]; the only field that differs between repeats")
 

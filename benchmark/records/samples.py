@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmark.records.record import Training
+from benchmark.control.training import Training
 from benchmark.records.table import FIGURES
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Who may move what: limits on commands, the arbitration of conflicts, and what commands mean.
 
-Pure decisions on a state; ``benchmark.study.episode`` carries them out through the simulation.
+Pure decisions on a state; ``benchmark.world.world`` carries them out through the simulation.
 """
 
 import math
@@ -10,15 +10,11 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Literal
 
-from benchmark.control.controller import Command, Drive, Go, Phase, Stop
+from benchmark.control.arbitration import COMFORTABLE, can_stop, held_by_conflict, stopping_speed
+from benchmark.control.controller import Command, Drive, Go, Phase, Stop, expect_mapping
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
-from benchmark.plumbing.errors import ControllerError
 
-STOP_MARGIN = 1.0  # m before the entrance at which a stopped RV's front comes to rest
-COMFORTABLE = 2.0  # m/s2, the braking of a Stop where there is room for it
-CELLS_FOR_LONGEST = 3  # occupied cells that hold back the longest waiting movement
-CELLS_FOR_OTHERS = 8  # and the others (flexible arbitration of Wang et al.)
 MOST_REASONS = 100  # of refusals that are told apart; a phase's name is the controller's choice
 OTHER = "a command refused: for one of many more reasons"
 ROUNDING = 1e-6  # m/s2 a controller may be off a limit by floating point of 32 bits
@@ -106,8 +102,6 @@ class Rules:
         self.held_back += len(held)
         return Orders(speeds, lanes, released, phase, frozenset(held), told)
 
-    # --- limits ----------------------------------------------------------------------------
-
     def _refusal(
         self, vehicles: Mapping[str, Vehicle], target: str, command: Command
     ) -> str | None:
@@ -165,8 +159,6 @@ class Rules:
             for other in self._intersection.lanes.values()
         )
 
-    # --- arbitration -----------------------------------------------------------------------
-
     def _may_enter(self, state: TrafficState, vehicle: Vehicle, conflicts: dict[str, bool]) -> bool:
         if self._arbitration == "own":
             return True
@@ -175,8 +167,6 @@ class Rules:
         if not conflicts[vehicle.movement]:
             return True
         return vehicle.id in self._cleared and not can_stop(vehicle)
-
-    # --- what commands mean ----------------------------------------------------------------
 
     def _speed(self, vehicle: Vehicle, command: Command, cleared: bool) -> float:
         """The speed to ask of an RV for the next step [m/s]."""
@@ -198,70 +188,3 @@ def _plain(command: Command) -> Command:
         side: Literal[-1, 0, 1] = int(command.lane_change)  # type: ignore[assignment]
         return Drive(float(command.acceleration), side)
     return command
-
-
-def expect_mapping(controller: str, commands: object) -> None:
-    """Refuse an answer that is no commands at all.
-
-    Raises:
-        ControllerError: it is not a mapping; the message names the controller.
-    """
-    if not isinstance(commands, Mapping):
-        raise ControllerError(
-            f"{controller}: act returned {type(commands).__name__}; "
-            "expected a mapping of ids to commands"
-        )
-
-
-def held_by_conflict(state: TrafficState, movement: str) -> bool:
-    """Whether the flexible arbitration holds back a Go of a movement.
-
-    A Go waits while a conflicting movement has a vehicle in the first eight of its ten cells; for
-    the movement with the longest mean waiting only the first three count (Wang et al., conflict
-    mechanism "flexible").
-    """
-    cells = CELLS_FOR_LONGEST if movement == state.longest_waiting else CELLS_FOR_OTHERS
-    conflicts = state.intersection.movements[movement].conflicts
-    return any(
-        crossing.movement in conflicts and crossing.cell < cells for crossing in state.inside
-    )
-
-
-def stopping_speed(distance: float, deceleration: float, step: float) -> float:
-    """The greatest speed in the next step from which braking ends before the entrance [m/s].
-
-    After a step at speed v the rest of the way must hold the braking distance:
-    ``distance - STOP_MARGIN - v * step >= v**2 / (2 * deceleration)``, solved for v.
-
-    Args:
-        distance: to the entrance [m].
-        deceleration: positive [m/s2].
-        step: simulated time per step [s].
-    """
-    room = max(0.0, distance - STOP_MARGIN)
-    change = deceleration * step
-    return math.sqrt(change * change + 2 * deceleration * room) - change
-
-
-def undecided(state: TrafficState) -> list[Vehicle]:
-    """The RVs in the decision zone that Go and Stop would give different orders.
-
-    The others accelerate fully under both, being far from the entrance for their speed, or are
-    stopped under both, because the flexible arbitration would hold their Go back.
-    """
-    step, blocked = state.intersection.step, dict[str, bool]()
-    found = []
-    for vehicle in state.deciding:
-        fastest = vehicle.speed + vehicle.body.acceleration * step
-        if fastest <= stopping_speed(vehicle.distance, COMFORTABLE, step):
-            continue
-        if (movement := vehicle.movement) not in blocked:
-            blocked[movement] = held_by_conflict(state, movement)
-        if not (blocked[movement] and can_stop(vehicle)):
-            found.append(vehicle)
-    return found
-
-
-def can_stop(vehicle: Vehicle) -> bool:
-    """Whether braking as hard as it can would end before the entrance."""
-    return vehicle.speed**2 / (2 * vehicle.body.deceleration) < vehicle.distance

@@ -10,7 +10,6 @@ from types import MappingProxyType, TracebackType
 from typing import Literal, Self
 
 from benchmark.control.state import TrafficState
-from benchmark.pictures.replay.recorder import Newcomer, Recorder
 from benchmark.records.record import JunctionMetrics, TripMetrics
 from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
@@ -21,6 +20,7 @@ from benchmark.sumo.network import Network
 from benchmark.sumo.signals import PhaseSwitch
 from benchmark.sumo.simulation import Simulation
 from benchmark.world import metrics
+from benchmark.world.onlooker import Newcomer, Onlooker
 from benchmark.world.rules import Orders, Rules
 from benchmark.world.scoring import junction_metrics
 from benchmark.world.tracking import Identity, Tracker
@@ -81,7 +81,7 @@ class World:
         }
         self._steps_left = round(scenario.evaluation.duration / scenario.evaluation.step)
         self._robots: set[str] = set()
-        self._recorder: Recorder | None = None  # told what happens, if there is one
+        self._onlooker: Onlooker | None = None  # told what happens, if there is one
         self._collisions: set[tuple[str, str]] = set()
         self._brakings_before_window = 0
         self._simulation = Simulation(
@@ -135,11 +135,11 @@ class World:
         """Whether the scenario's last step has been made."""
         return self._steps_left <= 0
 
-    def watch(self, recorder: Recorder) -> None:
-        """Let a recorder keep what happens from now on."""
-        self._recorder = recorder
+    def watch(self, onlooker: Onlooker) -> None:
+        """Tell an onlooker what happens from now on."""
+        self._onlooker = onlooker
         logs = {name: site.tracker.log for name, site in self.sites.items()}
-        recorder.begin(self.scenario, self.network, logs)
+        onlooker.begin(self.scenario, self.network, logs)
 
     def step(self) -> Mapping[str, TrafficState]:
         """Simulate one step.
@@ -154,23 +154,23 @@ class World:
             self._collisions.update(simulation.colliding())
         elif time + evaluation.step > evaluation.warm_up:
             self._brakings_before_window = simulation.emergency_brakings()
-        if self._recorder is not None:
-            self._record(self._recorder, time)
+        if self._onlooker is not None:
+            self._show(self._onlooker, time)
         return {name: self._see(site, time) for name, site in self.sites.items()}
 
-    def _record(self, recorder: Recorder, time: float) -> None:
-        """Show a step to the recorder."""
+    def _show(self, onlooker: Onlooker, time: float) -> None:
+        """Show a step to the onlooker."""
         simulation = self._simulation
         poses = simulation.poses()
-        for name in recorder.strangers(poses):
+        for name in onlooker.strangers(poses):
             traveller = self.routes.travellers[name]
             crossed = (movement_of(one, traveller.route) for one in self.network.junctions.values())
             movement = next((one for one in crossed if one is not None), "")
             is_robot = demand.is_robot(self.seed, name, self.rate)
             size = simulation.size(name)
-            recorder.meet(name, Newcomer(is_robot, movement, traveller.vehicle_class, size))
+            onlooker.meet(name, Newcomer(is_robot, movement, traveller.vehicle_class, size))
         lights = {name: simulation.lights(name) for name, site in self.sites.items() if site.switch}
-        recorder.see(time, poses, simulation.colliding(), lights)
+        onlooker.see(time, poses, simulation.colliding(), lights)
 
     def _see(self, site: Site, time: float) -> TrafficState:
         vehicles, inside = site.tracker.update(
@@ -186,8 +186,8 @@ class World:
         """Hand a junction's orders for the next step to the simulation."""
         site, simulation = self.sites[name], self._simulation
         site.held_back = orders.held_back
-        if self._recorder is not None:
-            self._recorder.order(orders)
+        if self._onlooker is not None:
+            self._onlooker.order(orders)
         for vehicle in sorted(orders.released):
             simulation.release(vehicle)
         for vehicle, speed in orders.speeds.items():

@@ -14,8 +14,8 @@ from test_leaderboard import record, unlucky
 from benchmark.admission.submission import comparison, fresh, manifest
 from benchmark.admission.submission.checks import Bundle
 from benchmark.admission.submission.comparison import Comparison
-from benchmark.control.training import FRESH_SEEDS
-from benchmark.records.record import Record, Training
+from benchmark.control.training import FRESH_SEEDS, Training
+from benchmark.records.record import Record
 
 OLD, NEW = range(1, 21), range(2001, 2011)
 

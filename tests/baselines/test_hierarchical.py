@@ -14,10 +14,10 @@ from baselines.hierarchical.controller import Hierarchical
 from baselines.hierarchical.observation import SIZE, LateralObserver
 from baselines.hierarchical.policy import Forward, Learned, Random, shapes
 from baselines.hierarchical.safety import speed_limit, with_braking
+from benchmark.control.arbitration import can_stop, held_by_conflict
 from benchmark.control.controller import Command, Drive, Go
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers, Observer
-from benchmark.world.rules import can_stop, held_by_conflict
 from benchmark.world.world import World
 
 # --- safety ------------------------------------------------------------------------------------

@@ -13,10 +13,10 @@ from baselines.hierarchical.local_observation import SIZE, LocalObserver
 from baselines.hierarchical.reward import Earnings, Reward, led_alone
 from baselines.hierarchical.tuned import HierarchicalTuned
 from baselines.time_windows.queues import MARGIN, Queue, to_the_line
+from benchmark.control.arbitration import STOP_MARGIN
 from benchmark.control.controller import Drive
 from benchmark.control.state import Crossing, Vehicle
 from benchmark.learning.observation import Numbers
-from benchmark.world.rules import STOP_MARGIN
 from benchmark.world.world import World
 
 EGO = vehicle("ego", lane="northbound_1", distance=40.0, speed=10.0, waiting=30.0)

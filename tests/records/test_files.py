@@ -15,11 +15,12 @@ from test_store import anything
 from typer.testing import CliRunner
 
 from benchmark.commands.app import app
+from benchmark.control.training import Training
 from benchmark.plumbing.errors import StoreError
 from benchmark.records import files as record_files
 from benchmark.records import leaderboard
 from benchmark.records import table as frame
-from benchmark.records.record import Record, Training
+from benchmark.records.record import Record
 from benchmark.records.store import Store
 
 RESULTS = Path(__file__).parents[2] / "results" / "records"

@@ -11,10 +11,11 @@ from factories import CAR, CONFLICT_FREE, CROSSROADS, crossing, crossroads, stat
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+from benchmark.control.arbitration import STOP_MARGIN, stopping_speed, undecided
 from benchmark.control.controller import Command, Drive, Go, Phase, Stop
 from benchmark.control.state import Body, Vehicle
 from benchmark.plumbing.errors import ControllerError
-from benchmark.world.rules import STOP_MARGIN, Orders, Rules, stopping_speed, undecided
+from benchmark.world.rules import Orders, Rules
 
 SIGNALISED = crossroads(phases={"N-C S-C": frozenset({"N-C", "S-C"})})
 REGULATED = CROSSROADS.regulated_movements

@@ -14,8 +14,9 @@ from benchmark.admission.submission.code import Code
 from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import plugins
 from benchmark.control.plugins import Plugin
+from benchmark.control.training import Training
 from benchmark.plumbing.errors import BundleError
-from benchmark.records.record import Record, Training, Versions
+from benchmark.records.record import Record, Versions
 
 OWN = "rightofway"  # whose controllers every installation has
 

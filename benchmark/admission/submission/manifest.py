@@ -8,10 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from benchmark.control.training import Training
 from benchmark.plumbing import confined, toml_file
 from benchmark.plumbing.errors import BundleError
 from benchmark.plumbing.messages import explain
-from benchmark.records.record import Training, Versions
+from benchmark.records.record import Versions
 
 NAME = "manifest.toml"
 FORMAT = 1

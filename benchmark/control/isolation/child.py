@@ -9,7 +9,7 @@ from numbers import Real
 from pathlib import Path
 
 from benchmark.control import plugins
-from benchmark.control.controller import Command, Drive, Go, Phase, Stop
+from benchmark.control.controller import Command, Drive, Go, Phase, Stop, expect_mapping
 from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Guard, raised
 from benchmark.control.intersection import Intersection
 from benchmark.control.isolation import channel, imports, sandbox
@@ -18,7 +18,6 @@ from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
 from benchmark.plumbing.errors import ControllerError, RightOfWayError
 from benchmark.scenario.scenario import Scenario
-from benchmark.world.rules import expect_mapping
 
 LONGEST_REASON = 2000  # characters
 NO_LANE_CHANGE = 9  # stands for whatever is neither -1, 0 nor 1

@@ -1,11 +1,10 @@
-"""Watches a world and keeps where everybody was: the hook behind replays.
+"""Watches a world and keeps where everybody was: the onlooker behind replays.
 
 A world without a recorder does nothing for it.
 """
 
 from array import array
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,20 +25,11 @@ from benchmark.pictures.replay.trajectories import (
 from benchmark.records.record import Record
 from benchmark.scenario.scenario import Scenario
 from benchmark.sumo.network import Network
-from benchmark.sumo.simulation import Pose, Size
+from benchmark.sumo.simulation import Pose
 from benchmark.world import metrics
+from benchmark.world.onlooker import Newcomer
 from benchmark.world.rules import Orders
 from benchmark.world.tracking import Log
-
-
-@dataclass(frozen=True, slots=True)
-class Newcomer:
-    """What a recorder is told of a vehicle when it first appears."""
-
-    is_robot: bool
-    movement: str
-    vehicle_class: str
-    size: Size
 
 
 class Recorder:

@@ -4,8 +4,8 @@ from typing import Literal
 
 from pydantic import Field
 
+from benchmark.plumbing.models import Entry
 from benchmark.records.provenance import Provenance
-from benchmark.records.record import Entry
 from benchmark.records.regression import Comparison, Row, Verdict
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from benchmark.control.controller import Command, Controller, Go, Stop
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState
-from benchmark.records.record import Training
+from benchmark.control.training import Training
 from benchmark.scenario.scenario import Scenario
 
 

