@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from factories import ROOT
+from factories.scenarios import ROOT
 from hypothesis import settings
 
 pytest_plugins = ["browser"]  # fixtures: pages in Chromium

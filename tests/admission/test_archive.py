@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from factories.paths import BAD, PATHS
 from hypothesis import given
 from hypothesis import strategies as st
-from test_confined import BAD, PATHS
 
 from benchmark.admission.submission import archive
 from benchmark.plumbing import confined

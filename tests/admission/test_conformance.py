@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 from plugins import install
 
 from benchmark.admission.conformance import Result, cases, check_controller, elsewhere, watching

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from factories.records import record, unlucky
 from hypothesis import given
 from hypothesis import strategies as st
-from test_leaderboard import record, unlucky
 
 from benchmark.admission.submission import comparison, fresh, manifest
 from benchmark.admission.submission.checks import Bundle

@@ -15,8 +15,8 @@ import numpy as np
 import polars
 import pytest
 import tomli_w
+from factories.logs import head_of, sealed
 from plugins import install
-from test_action_log import head_of, sealed
 
 from benchmark.admission.submission import contents, manifest, verifying
 from benchmark.plumbing import toml_file

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories import CAR, CROSSROADS, crossing, smoke, state, vehicle
+from factories.scenarios import smoke
+from factories.traffic import CAR, CROSSROADS, crossing, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 

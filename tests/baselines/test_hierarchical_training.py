@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import tomli_w
 import torch
-from factories import smoke
+from factories.scenarios import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 

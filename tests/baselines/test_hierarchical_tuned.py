@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories import CAR, CROSSROADS, drawn, smoke, state, vehicle
+from factories.scenarios import smoke
+from factories.traffic import CAR, CROSSROADS, drawn, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import pytest
-from factories import CROSSROADS, DROP, parsed, shipped, smoke, state, vehicle
+from factories.scenarios import DROP, parsed, shipped, smoke
+from factories.traffic import CROSSROADS, state, vehicle
 from matplotlib.image import imread
 from plugins import install
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from factories.records import record, unlucky
 from matplotlib.image import imread
-from test_leaderboard import record, unlucky
 
 from baselines.paper import figures, missing, published, report, tables, worth
 from baselines.paper.reductions import against, summary, summary_of_paper

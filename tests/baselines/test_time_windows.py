@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories import CAR, PAPER, drawn, network_of, shipped, smoke, state, vehicle
+from factories.scenarios import PAPER, network_of, shipped, smoke
+from factories.traffic import CAR, drawn, state, vehicle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

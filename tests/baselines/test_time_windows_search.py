@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 import tomli_w
-from factories import DROP, edited
+from factories.scenarios import DROP, edited
 
 from baselines.time_windows import tune
 from benchmark.learning.run import Options

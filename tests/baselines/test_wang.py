@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from factories import smoke
+from factories.scenarios import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 from stable_baselines3.common.logger import configure

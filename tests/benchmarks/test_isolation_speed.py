@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 
 import pytest
-from factories import CROSSROADS, crossing, smoke, state, vehicle
+from factories.scenarios import smoke
+from factories.traffic import CROSSROADS, crossing, state, vehicle
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmark.control import plugins
@@ -47,7 +48,7 @@ def remote() -> Iterator[Remote]:
 def test_an_isolated_step_with_a_hundred_vehicles(
     benchmark: BenchmarkFixture, remote: Remote
 ) -> None:
-    here, apart = Guard(plugins.find(CONTROLLER), smoke("tee")), remote.guard(smoke("tee"))
+    here, apart = Guard(plugins.find(CONTROLLER), smoke("tee")), remote.decider(smoke("tee"))
     for guard in (here, apart):
         guard.reset({"intersection": CROSSROADS}, 1)
     rules = Commands()

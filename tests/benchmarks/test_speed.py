@@ -13,7 +13,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
-from factories import PAPER, shipped
+from factories.scenarios import PAPER, shipped
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from baselines.wang.controller import Wang

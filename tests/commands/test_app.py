@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
-from factories import SCENARIOS, SHIPPED, SMOKE, edited
+from factories.scenarios import SCENARIOS, SHIPPED, SMOKE, edited
 from plugins import install
 
 from benchmark import __version__

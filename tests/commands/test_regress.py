@@ -14,10 +14,9 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 import tomli_w
-from factories import SCENARIOS, smoke
+from factories.comparisons import BASE, MADE, runs, scaled
+from factories.scenarios import SCENARIOS, smoke
 from plugins import install
-from test_regression import BASE, runs, scaled
-from test_regression_report import MADE
 
 from benchmark.commands.app import main
 from benchmark.commands.regress import parse_limit

@@ -14,7 +14,7 @@ from threading import Thread
 
 import pytest
 from browser import Visit
-from test_leaderboard import record
+from factories.records import record
 
 from benchmark.plumbing.errors import UsageError
 from benchmark.records.store import Store

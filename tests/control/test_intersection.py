@@ -3,7 +3,7 @@
 from itertools import chain, combinations
 
 import pytest
-from factories import CONFLICT_FREE, CROSSROADS, crossroads
+from factories.traffic import CONFLICT_FREE, CROSSROADS, crossroads
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from factories.scenarios import smoke
 
 from baselines.virtual_signal import VirtualSignal
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
 from benchmark.study.episode import Episode, run
 from benchmark.study.episodes import episodes, run_all
-from tests.conftest import smoke
 
 
 class Several(VirtualSignal):

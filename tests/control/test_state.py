@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories import CAR, CROSSROADS, crossing, crossroads, state, vehicle
+from factories.traffic import CAR, CROSSROADS, crossing, crossroads, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 

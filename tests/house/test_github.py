@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 import yaml
-from factories import smoke
-from test_leaderboard import record
-from test_reference import written
+from factories.comparisons import written
+from factories.records import record
+from factories.scenarios import smoke
 
 from benchmark.commands.app import app
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import nbformat
 import pytest
+from factories.records import record
 from nbclient import NotebookClient
-from test_leaderboard import record
 
 from benchmark.notebook import Leaderboard
 

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import parallel_api_test
 from stable_baselines3.common.env_checker import check_env as check_env_for_sb3

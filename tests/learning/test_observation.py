@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from factories import CROSSROADS, crossing, network_of, smoke, state, vehicle
+from factories.scenarios import network_of, smoke
+from factories.traffic import CROSSROADS, crossing, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 from safetensors.numpy import save_file
 
 from baselines import first_come

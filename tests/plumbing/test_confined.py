@@ -4,8 +4,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 import pytest
+from factories.paths import BAD, PATHS
 from hypothesis import given
-from hypothesis import strategies as st
 from pydantic import BaseModel
 
 from benchmark.plumbing import confined
@@ -13,35 +13,6 @@ from benchmark.plumbing.messages import _models
 from benchmark.scenario.scenario import Scenario
 
 GOOD = ["a", "a/b.toml", "records/colorado-springs-334.jsonl", ".hidden", "a b/c", "ü/π", "con_1"]
-BAD = {
-    "": "is empty",
-    "x" * 201: "longer than 200",
-    "/etc/passwd": "is absolute",
-    "//host/share": "is absolute",
-    "C:/x": "is absolute",
-    "c:x": "is absolute",
-    "..": "leads out",
-    "a/../b": "leads out",
-    "a/..": "leads out",
-    "a\\..\\b": "holds \\",
-    "\\\\host": "holds \\",
-    "a\0b": "control characters",
-    "a\nb": "control characters",
-    "a\u202eb": "control characters",
-    "\ud800": "control characters",
-    "a//b": "empty",
-    "./a": "empty",
-    "a/.": "empty",
-    "a/": "empty",
-    "a./b": "space or dot",
-    "a /b": "space or dot",
-    "a/ b": "space or dot",
-    "file:stream": "holds :",
-    "a*": "holds *",
-    "NUL": "names a device",
-    "a/com1.txt": "names a device",
-    "aux": "names a device",
-}
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -55,15 +26,6 @@ def test_a_path_that_could_lead_elsewhere_does_not(name: str, tmp_path: Path) ->
     assert BAD[name] in (confined.problem(name) or "")
     with pytest.raises(ValueError, match=r"."):
         confined.inside(tmp_path, name)
-
-
-PATHS = st.one_of(
-    st.text(max_size=30),
-    st.text("./\\:aA ~\0C", max_size=12),
-    st.lists(st.sampled_from(["..", ".", "", "a", "CON", "b:", "~", "…"]), max_size=5).map(
-        "/".join
-    ),
-)
 
 
 @given(name=PATHS)

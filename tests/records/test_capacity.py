@@ -5,10 +5,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from factories import shipped
+from factories.records import record
+from factories.scenarios import shipped
 from hypothesis import given
 from hypothesis import strategies as st
-from test_leaderboard import record
 
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.records.capacity import Curve, curves, markdown

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from factories.records import anything, junction, record, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
-from test_leaderboard import junction, record, unlucky
-from test_store import anything
 from typer.testing import CliRunner
 
 from benchmark.commands.app import app

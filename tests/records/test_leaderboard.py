@@ -1,9 +1,10 @@
 """From records to rows: means, differences to the signal, marks, and nobody left out."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
+from factories.records import SIGNAL, junction, record, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,73 +12,11 @@ from benchmark.records import leaderboard
 from benchmark.records.leaderboard import MARKS, Row
 from benchmark.records.measures import COLUMNS
 from benchmark.records.record import (
-    JunctionMetrics,
     Record,
     Training,
-    TripMetrics,
-    Versions,
     Waiting,
 )
 from benchmark.records.statistics import Estimate, estimates
-
-VERSIONS = Versions(rightofway="0.1.0", sumo="1.28.0", python="3.11.7")
-SIGNAL = "traffic-light"
-JUNCTION: dict[str, Any] = {
-    "average_waiting_time": 20.0,
-    "wang_waiting_time": 10.0,
-    "waiting_time_per_vehicle": None,
-    "throughput": 1000.0,
-    "unregulated_lane_ratio": 0.25,
-    "unregulated_lane_curve": (),
-    "refusals": (),
-}
-JUNCTION |= {key: {} for key in ("waiting_by_kind", "waiting_by_class", "waiting_by_movement")}
-JUNCTION |= dict.fromkeys(["lane_changes", "go_held_back", "refused_commands"], 0)
-TRIPS: dict[str, Any] = {"time_loss": 30.0, "travel_time": 60.0, "insertion_delay": 1.0}
-TRIPS |= dict.fromkeys(["never_inserted", "arrived", "emergency_brakings"], 0)
-TRIPS |= dict.fromkeys(["collisions", "collisions_with_robot"], 0)
-TRIPS |= dict.fromkeys(["co2", "nox", "fuel"])
-
-
-def junction(waiting: float | None = 20.0, **facts: Any) -> JunctionMetrics:
-    return JunctionMetrics(**{**JUNCTION, "average_waiting_time": waiting, **facts})
-
-
-def record(
-    controller: str = "c",
-    seed: int = 1,
-    waiting: float | None = 20.0,
-    rate: float | None = 0.5,
-    junctions: Mapping[str, JunctionMetrics] | None = None,
-    **facts: Any,
-) -> Record:
-    """An episode that is ok; figures by their names, other fields of the record too.
-
-    A controller without a rate is ruled by signals.
-    """
-    figures = {key: facts.pop(key) for key in list(facts) if key in JUNCTION}
-    trips = {**TRIPS, **{key: facts.pop(key) for key in list(facts) if key in TRIPS}}
-    settled: dict[str, Any] = {"scenario": "test/a", "scenario_hash": "a" * 64, "status": "ok"}
-    settled |= {"rules": "robot vehicles", "arbitration": "flexible"}
-    if rate is None:
-        settled |= {"rules": "signals", "arbitration": None}
-    return Record(
-        controller=controller,
-        seed=seed,
-        rate=rate,
-        junctions=junctions or {"intersection": junction(waiting, **figures)},
-        trips=TripMetrics(**trips),
-        versions=VERSIONS,
-        **{**settled, **facts},
-    )
-
-
-def unlucky(controller: str = "c", seed: int = 1, status: str = "failed", **facts: Any) -> Record:
-    """An episode that is not ok; who crashed or timed out says nothing of its rules."""
-    if status in ("crashed", "timed out"):
-        facts |= {"rules": None, "arbitration": None}
-    made = record(controller, seed, status=status, **facts)
-    return made.model_copy(update={"junctions": {}, "trips": None})
 
 
 def only(found: Iterable[Row]) -> Row:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_leaderboard import record
-from test_regression_report import MADE
+from factories.comparisons import MADE, written
+from factories.records import record
 
 from benchmark.plumbing.errors import StoreError, UsageError
 from benchmark.plumbing.git_state import git_state
@@ -31,11 +31,6 @@ def refuse(message: str) -> None:
 
 def some(count: int = 3, **facts: Any) -> list[Record]:
     return [record(seed=seed, wall_time=seed / 7, **facts) for seed in range(count, 0, -1)]
-
-
-def written(folder: Path, records: list[Record]) -> Path:
-    reference.write(folder, records, MADE)
-    return folder
 
 
 def contents(folder: Path) -> dict[str, bytes]:

@@ -5,37 +5,20 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
+from factories.comparisons import BASE, KEYS, LIMIT, THROUGHPUT, WAITING, compared, runs, scaled
+from factories.records import junction, record, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_leaderboard import junction, record, unlucky
 
 from benchmark.records.measures import COLUMNS, Column
 from benchmark.records.record import Record
 from benchmark.records.regression import Comparison, Row, Verdict, compare, judge
 from benchmark.records.statistics import ENOUGH
 
-KEYS = {column.key: column for column in COLUMNS}
-WAITING, THROUGHPUT = KEYS["average_waiting_time"], KEYS["throughput"]
-BASE = (20.0, 22.0, 18.0, 25.0, 19.0, 21.0, 23.0, 20.5)  # s, by seed
-LIMIT = 0.05
-
-
-def runs(waits: Sequence[float], **facts: Any) -> list[Record]:
-    """Episodes with seeds from 1."""
-    return [record(seed=seed, waiting=wait, **facts) for seed, wait in enumerate(waits, 1)]
-
-
-def compared(old: list[Record], new: list[Record], *columns: Column, **more: Any) -> Comparison:
-    return compare(old, new, LIMIT, columns or (WAITING,), **more)
-
 
 def only(comparison: Comparison) -> Row:
     (row,) = comparison.rows
     return row
-
-
-def scaled(factor: float) -> list[float]:
-    return [factor * wait for wait in BASE]
 
 
 def verdict(old: Sequence[float], new: Sequence[float], column: Column = WAITING) -> Verdict:

@@ -4,17 +4,16 @@ import json
 import math
 import resource
 import tempfile
-import types
-import typing
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
+from factories.records import anything, filled
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from benchmark.plumbing.errors import StoreError
 from benchmark.records.record import Record, Versions, Waiting
@@ -30,44 +29,7 @@ def record(seed: int = 1, **facts: Any) -> Record:
     )
 
 
-def filled(folder: Path, *records: Record) -> Path:
-    """A store with these records, which share a scenario; returns their file."""
-    store = Store(folder)
-    store.prepare()
-    for one in records:
-        store.append(one)
-    (path,) = store.records_folder.iterdir()
-    return path
-
-
 # --- in and out ------------------------------------------------------------------------------
-
-
-def anything(annotation: Any) -> st.SearchStrategy[Any]:
-    """Values of a field of the schema; numbers finite, texts arbitrary."""
-    inner = typing.get_args(annotation)
-    match typing.get_origin(annotation) or annotation:
-        case typing.Literal:
-            return st.sampled_from(inner)
-        case typing.Annotated:
-            return anything(inner[0])
-        case typing.Union | types.UnionType:
-            return st.one_of(*map(anything, inner))
-        case builtin if builtin is dict:
-            return st.dictionaries(anything(inner[0]), anything(inner[1]), max_size=2)
-        case builtin if builtin is tuple:
-            return st.lists(anything(inner[0]), max_size=3).map(tuple)
-        case builtin if builtin is float:
-            return st.floats(allow_nan=False, allow_infinity=False)
-        case model if issubclass(model, BaseModel):
-            fields = {f.alias or name: f.annotation for name, f in model.model_fields.items()}
-            return st.builds(model, **{name: anything(kind) for name, kind in fields.items()})
-        case other:
-            return {
-                int: st.integers(-(2**63), 2**63),
-                str: st.text(max_size=9),
-                type(None): st.none(),
-            }[other]
 
 
 @settings(max_examples=50)

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from factories.records import filled, record, unlucky
 from hypothesis import given
 from hypothesis import strategies as st
-from test_leaderboard import record, unlucky
-from test_store import filled
 from typer.testing import CliRunner
 
 from benchmark.commands.app import app

@@ -5,28 +5,16 @@ import json
 from xml.etree import ElementTree as Xml
 
 import pytest
+from factories.comparisons import BASE, MADE, THROUGHPUT, WAITING, compared, runs, scaled
+from factories.records import record, unlucky
 from rich.console import Console
-from test_leaderboard import record, unlucky
-from test_regression import BASE, THROUGHPUT, WAITING, compared, runs, scaled
 
 from benchmark.records.measures import COLUMNS
-from benchmark.records.provenance import Git, Provenance
 from benchmark.records.regression import Comparison, Verdict, compare
 from benchmark.reports.regression import document, junit, markdown, terminal, words
 
 EVIL = "no | idea\n<b onclick=x>\x1b[31m\x00 `rm` &amp; [x](y) \ud7ff"
 NAME = "c?green=5&clearance=4"
-MADE = Provenance(
-    made="2026-01-02 03:04:05",
-    command="rightofway reference update",
-    suite="regression",
-    suite_hash="a",
-    episodes=8,
-    records_hash="b",
-    platform="Linux x86_64",
-    versions={"rightofway": "1.0", "sumo": "1.28.0"},
-    git=Git(commit="f" * 40, dirty=True),
-)
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 from browser import DESK, PHONE, Visit, accessibility_violations, wider_than_its_window
-from factories import parsed, smoke
+from factories.records import record, unlucky
+from factories.scenarios import parsed, smoke
 from playwright.sync_api import Page, expect
-from test_leaderboard import record, unlucky
 
 from benchmark.pictures.sheet import whole
 from benchmark.records.record import Record

@@ -6,10 +6,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from factories import smoke
+from factories.records import junction, record, unlucky
+from factories.scenarios import smoke
 from hypothesis import given
 from hypothesis import strategies as st
-from test_leaderboard import junction, record, unlucky
 
 from benchmark.plumbing.errors import UsageError
 from benchmark.records.formulas import FORMULAS

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from factories import smoke
+from factories.scenarios import smoke
 
 from benchmark.reports.site import citation, model_card
 from benchmark.reports.site.replays import find

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
+from factories.records import SIGNAL, record, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from rich.console import Console
-from test_leaderboard import SIGNAL, record, unlucky
 
 from benchmark.records import leaderboard
 from benchmark.records.leaderboard import Row

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from factories import PAPER, SCENARIOS, SHIPPED, SMOKE, shipped
+from factories.scenarios import PAPER, SCENARIOS, SHIPPED, SMOKE, shipped
 
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario import catalogue

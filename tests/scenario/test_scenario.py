@@ -9,7 +9,7 @@ from typing import Any
 import jsonschema
 import pytest
 import tomli_w
-from factories import DROP, SCENARIOS, SHIPPED, SMOKE, edited, parsed, shipped
+from factories.scenarios import DROP, SCENARIOS, SHIPPED, SMOKE, edited, parsed, shipped
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,23 +1,21 @@
 """Action logs: whole, self-contained, and refused with one message when they are not."""
 
-import json
-from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import polars
 import pytest
-from factories import SHIPPED, shipped, smoke
+from factories.logs import head_of, rewritten, sealed
+from factories.records import record
+from factories.scenarios import SHIPPED, shipped, smoke
 from hypothesis import given
 from hypothesis import strategies as st
-from test_leaderboard import record
 
 from benchmark.plumbing.errors import ActionLogError, StoreError
 from benchmark.records.record import Record
 from benchmark.scenario.scenario import Scenario
 from benchmark.study import action_log, rescoring
-from benchmark.study.action_log import KEY
 from benchmark.study.actions import Action, Recording
 
 GO = Action(0, "intersection", "a", "go", None, None, None)
@@ -34,24 +32,6 @@ def written(
     recording = Recording()
     recording.signal, recording.actions = scenario.signal, list(actions)
     return action_log.write(folder, recording, of(scenario), scenario)
-
-
-def rewritten(path: Path, head: Mapping[str, Any], rows: polars.DataFrame | None = None) -> None:
-    """A log whose metadata, and perhaps rows, are others."""
-    frame = polars.read_parquet(path) if rows is None else rows
-    frame.write_parquet(path, metadata={KEY: json.dumps(head)})
-
-
-def head_of(path: Path) -> dict[str, Any]:
-    head: dict[str, Any] = json.loads(polars.read_parquet_metadata(path)[KEY])
-    return head
-
-
-def sealed(path: Path, rows: polars.DataFrame | None = None, **changes: Any) -> None:
-    """As ``rewritten``, with a SHA-256 that fits: the work of a forger, not of chance."""
-    head = {key: one for key, one in (head_of(path) | changes).items() if key != "sha256"}
-    frame = polars.read_parquet(path) if rows is None else rows
-    rewritten(path, head | {"sha256": action_log._digest(head, frame)}, frame)
 
 
 @pytest.mark.parametrize("name", SHIPPED)

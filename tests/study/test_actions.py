@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories import CROSSROADS, crossing, state, vehicle
+from factories.records import record
+from factories.traffic import CROSSROADS, crossing, state, vehicle
 from hypothesis import given
 from hypothesis import strategies as st
-from test_leaderboard import record
 
 from benchmark.control.controller import Drive, Go, Phase, Stop
 from benchmark.control.state import TrafficState

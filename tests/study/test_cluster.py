@@ -5,8 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -15,9 +14,10 @@ from typing import Any
 import psutil
 import pytest
 from distributed import Client, LocalCluster
-from factories import smoke
+from factories.episodes import GOOD, lines
+from factories.processes import PATIENCE, kill, pid_in, wait_for
+from factories.scenarios import smoke
 from plugins import install
-from test_determinism import lines
 
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ClusterError
@@ -30,7 +30,6 @@ from benchmark.study.episode import Episode, run
 from benchmark.study.pool import LocalPool
 
 SHORT = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
-GOOD = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(1, 5)]
 COMMAND = [
     sys.executable,
     "-c",
@@ -38,7 +37,6 @@ COMMAND = [
     "run",
     "smoke/crossing",
 ]
-PATIENCE = 60.0  # s for what takes a second where nothing else runs
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -295,20 +293,3 @@ def records_in(folder: Path) -> list[Record]:
 
 def dask_workers(cluster: LocalCluster) -> set[int]:
     return {one.pid for one in cluster.workers.values()}
-
-
-def kill(pid: int) -> None:
-    os.kill(pid, signal.SIGKILL)
-
-
-def pid_in(marker: Path) -> int:
-    """The process that has come to this marker, and stays there."""
-    wait_for(lambda: marker.exists() and bool(marker.read_text()))
-    return int(marker.read_text())
-
-
-def wait_for(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)

@@ -16,10 +16,10 @@ from typing import Any
 import distributed
 import numpy as np
 import pytest
-from factories import smoke
+from factories.episodes import GOOD, lines
+from factories.processes import kill, pid_in, wait_for
+from factories.scenarios import smoke
 from plugins import install
-from test_cluster import GOOD, kill, pid_in, wait_for
-from test_determinism import lines
 
 from benchmark import __version__
 from benchmark.control import plugins

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from factories import smoke
+from factories.scenarios import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 

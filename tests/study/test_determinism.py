@@ -1,13 +1,12 @@
 """Equal inputs give equal records, bit for bit: on repeat, in any order, in any process."""
 
-from collections.abc import Iterable
 from functools import cache
 from itertools import pairwise
 
 import libsumo
 import pytest
-from factories import parsed, smoke
-from test_contract import watched
+from factories.episodes import lines, watched
+from factories.scenarios import parsed, smoke
 
 from benchmark.control import plugins
 from benchmark.control.state import TrafficState
@@ -21,11 +20,6 @@ OTHERS = episodes(
     [smoke("tee"), smoke("asymmetric")], ["virtual-signal", "unsignalised"], [0.7], [4]
 )
 KRAUSS = parsed({"vehicles.car.car_following": {"model": "Krauss"}, "vehicles.car.share": 1.0})
-
-
-def lines(records: Iterable[Record]) -> dict[str, str]:
-    """Records as the store writes them, by episode, without the wall time."""
-    return {repr(one.episode): one.model_copy(update={"wall_time": 0.0}).line() for one in records}
 
 
 @cache

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 from plugins import install
 
 from benchmark.control import plugins

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import grimp
 import pytest
-from factories import smoke
-from test_leaderboard import record
+from factories.records import record
+from factories.scenarios import smoke
 
 from benchmark import __version__
 from benchmark.control import plugins

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import polars
 import pytest
-from factories import shipped, smoke
-from test_action_log import head_of, sealed
+from factories.logs import head_of, sealed
+from factories.scenarios import shipped, smoke
 
 from benchmark.control import plugins
 from benchmark.records.record import Record

@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any
 
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 from hypothesis import given
 from hypothesis import strategies as st
 

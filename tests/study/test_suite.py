@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 import tomli_w
-from factories import PAPER, SCENARIOS, SHIPPED, SMOKE
+from factories.scenarios import PAPER, SCENARIOS, SHIPPED, SMOKE
 
 from benchmark.plumbing.errors import ScenarioError, SuiteError, UsageError
 from benchmark.scenario import catalogue

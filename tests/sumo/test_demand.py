@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from factories import PAPER, SHIPPED, SMOKE, network_of, parsed, shipped
+from factories.scenarios import PAPER, SHIPPED, SMOKE, network_of, parsed, shipped
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -4,7 +4,7 @@ import re
 from typing import Any
 
 import pytest
-from factories import DROP, parsed, smoke
+from factories.scenarios import DROP, parsed, smoke
 
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario.scenario import Scenario

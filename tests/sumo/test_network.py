@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 import sumolib
-from factories import CONFLICT_FREE, PAPER, SHIPPED, network_of, parsed, shipped
+from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
+from factories.traffic import CONFLICT_FREE
 
 from benchmark.plumbing.errors import NetworkError
 from benchmark.scenario.scenario import LETTERS, Scenario

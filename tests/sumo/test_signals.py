@@ -7,7 +7,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from factories import SHIPPED, network_of, parsed, shipped, smoke
+from factories.scenarios import SHIPPED, network_of, parsed, shipped, smoke
 from hypothesis import given
 from hypothesis import strategies as st
 

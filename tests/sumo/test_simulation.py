@@ -1,45 +1,26 @@
 """The door to libsumo, with SUMO behind it: traffic made by hand on a plain crossing."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import libsumo
 import pytest
-from factories import network_of, parsed, shipped
+from factories.routes import LIGHT, write_routes
+from factories.scenarios import network_of, parsed, shipped
 
 from benchmark.control.state import Body
 from benchmark.plumbing.errors import NetworkError, UsageError
-from benchmark.scenario.scenario import Scenario
 from benchmark.sumo import demand, network, signals
 from benchmark.sumo.junction import Junction
-from benchmark.sumo.network import Network
 from benchmark.sumo.simulation import Simulation
 
 CROSSING = parsed({"approaches.northbound.lanes": "R C C L"})
-LIGHT = "intersection"
 WIDTH = 13  # links of the light
 
-Trips = Sequence[tuple[str, str, float]]
-"""Vehicles by hand: id, movement, departure [s]."""
 
 Start = Callable[..., Simulation]
-
-
-def write_routes(path: Path, scenario: Scenario, roads: Network, trips: Trips) -> Path:
-    """A route file with these vehicles in the scenario's first class."""
-    movements = roads.junctions[LIGHT].intersection.movements
-    name, kind = next(iter(scenario.vehicles.items()))
-    vehicles = [
-        f'<vehicle id="{vehicle}" type="{name}" depart="{depart}" departLane="best" '
-        f'departSpeed="max" speedFactor="1"><route edges="{movements[movement].approach} '
-        f'{movements[movement].exit}"/></vehicle>'
-        for vehicle, movement, depart in sorted(trips, key=lambda trip: trip[2])
-    ]
-    types = demand.vehicle_type_xml(name, kind, scenario.intersection.speed_cap)
-    path.write_text("\n".join(["<routes>", types, *vehicles, "</routes>"]))
-    return path
 
 
 @pytest.fixture

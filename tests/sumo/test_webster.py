@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 import pytest
-from factories import CROSSROADS, PAPER, SHIPPED, network_of, parsed, shipped
+from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
+from factories.traffic import CROSSROADS
 from scipy.optimize import minimize_scalar
 
 from benchmark.control.intersection import Intersection

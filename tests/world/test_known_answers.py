@@ -7,8 +7,8 @@ from typing import Any
 
 import libsumo
 import pytest
-from factories import parsed, smoke
-from test_simulation import LIGHT, Trips, write_routes
+from factories.routes import LIGHT, Trips, write_routes
+from factories.scenarios import parsed, smoke
 
 from benchmark.control import plugins
 from benchmark.control.controller import Command, Controller, Drive, Go, Phase, Stop

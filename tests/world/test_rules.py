@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from factories import CAR, CONFLICT_FREE, CROSSROADS, crossing, crossroads, state, vehicle
+from factories.traffic import CAR, CONFLICT_FREE, CROSSROADS, crossing, crossroads, state, vehicle
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 

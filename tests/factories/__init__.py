@@ -1,0 +1,1 @@
+"""What tests are made of: a file for each concept."""
