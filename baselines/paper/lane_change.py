@@ -4,11 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from benchmark.control.guard import ControllerFailedError, Guard
-from benchmark.control.isolation.remote import RemoteGuard
+from benchmark.control.guard import ControllerFailedError, Decider
 from benchmark.control.state import TrafficState
 from benchmark.plumbing.errors import ControllerError
-from benchmark.study.episode import Episode, guard, opened, world_of
+from benchmark.study.episode import Episode, opened, world_of
 
 
 @dataclass(frozen=True)
@@ -89,24 +88,24 @@ def in_episode(episode: Episode) -> list[LaneChange]:
     """
     where = f"{episode.label} on {episode.scenario.name}"
     try:
-        with opened(episode) as plugin:
-            controllers = guard(plugin, episode.scenario)
-            if controllers.unsupported:
-                raise ControllerError(f"{where}: {controllers.unsupported}")
-            return _watched(episode, controllers)
+        with opened(episode) as controller:
+            decider = controller.decider(episode.scenario)
+            if decider.unsupported:
+                raise ControllerError(f"{where}: {decider.unsupported}")
+            return _watched(episode, decider)
     except ControllerFailedError as fault:
         raise ControllerError(f"{where}: {fault}") from fault
 
 
-def _watched(episode: Episode, controllers: Guard | RemoteGuard) -> list[LaneChange]:
-    world = world_of(episode, controllers)
+def _watched(episode: Episode, decider: Decider) -> list[LaneChange]:
+    world = world_of(episode, decider)
     searches = {name: Search() for name in world.sites}
     asked: dict[str, Mapping[str, int]] = {name: {} for name in world.sites}
     with world:
         while not world.over:
             for name, state in world.step().items():
                 searches[name].see(state, asked[name])
-                orders = controllers.act(name, state, world.sites[name].rules)
+                orders = decider.act(name, state, world.sites[name].rules)
                 asked[name] = orders.lanes
                 world.carry_out(name, orders, state.time)
     return [change for search in searches.values() for change in search.finish()]

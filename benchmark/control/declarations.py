@@ -1,53 +1,84 @@
-"""What a controller declares that it needs, and where it is therefore not run."""
+"""What a controller declares of itself, and where it is therefore not run."""
 
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from numbers import Real
-from typing import Literal, Protocol
+from typing import Literal, Self
 
+from benchmark.control import reference as naming
+from benchmark.control.controller import Controller
 from benchmark.scenario.scenario import Scenario
 
+Rules = Literal["signals", "robot vehicles"]
+Arbitration = Literal["flexible", "own"]
 CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
 
 
-class Declares(Protocol):
-    """What a controller's class says of itself; see ``benchmark.control.controller.Controller``."""
+@dataclass(frozen=True)
+class Declaration:
+    """What a controller's class says of itself, wherever it runs; see ``Controller``."""
+
+    reference: str  # as ``benchmark.control.plugins.find`` reads it from any folder
+    rules: Rules
+    arbitration: Arbitration
+    needs_robot_vehicles: bool
+    rates: tuple[float, float]
+    approaches: frozenset[int] | None  # None: any number
+
+    @classmethod
+    def of(cls, reference: str, kind: type[Controller]) -> Self:
+        """The declaration of a class without ``mistake``."""
+        least, greatest = kind.rates
+        return cls(
+            reference=reference,
+            rules=kind.rules,
+            arbitration=kind.arbitration,
+            needs_robot_vehicles=bool(kind.needs_robot_vehicles),
+            rates=(float(least), float(greatest)),
+            approaches=None if kind.approaches is None else frozenset(kind.approaches),
+        )
 
     @property
-    def rules(self) -> Literal["signals", "robot vehicles"]:
-        """What rules the intersection."""
+    def label(self) -> str:
+        """The reference as records and tables have it: a file by its name alone."""
+        return naming.label(self.reference)
 
     @property
-    def arbitration(self) -> Literal["flexible", "own"]:
-        """Who arbitrates conflicts."""
+    def arbitrated(self) -> Arbitration | None:
+        """Who arbitrates conflicts; None where signals do."""
+        return self.arbitration if self.rules == "robot vehicles" else None
 
-    @property
-    def needs_robot_vehicles(self) -> bool:
-        """Whether it commands vehicles."""
+    def unmet(self, scenario: Scenario, rate: float | None) -> str | None:
+        """Why a scenario at a penetration rate is none for the controller; None if it is.
 
-    @property
-    def rates(self) -> tuple[float, float]:
-        """The least and the greatest penetration rate."""
+        Signals are for ``Controller.supports`` to ask for: a controller may bring its own program.
+        """
+        count = len(scenario.approaches.names())
+        if self.approaches is not None and count not in self.approaches:
+            return f"it needs {_numbers(self.approaches)} approaches, and the scenario has {count}"
+        least, greatest = self.rates
+        if rate is not None and not least <= rate <= greatest:
+            return f"it needs {self._span()} RVs, and the rate is {100 * rate:g} %"
+        return None
 
-    @property
-    def approaches(self) -> Collection[int] | None:
-        """The numbers of approaches it can steer; None: any."""
+    def in_words(self) -> str:
+        """The declaration as a line for readers."""
+        return "; ".join(self._parts())
+
+    def _parts(self) -> Iterator[str]:
+        if self.rules == "signals":
+            yield "lights on"
+        else:
+            yield f"lights dark, {self.arbitration} arbitration"
+        yield f"{self._span()} RVs" if self.needs_robot_vehicles else "commands no vehicle"
+        numbers = "any number of" if self.approaches is None else _numbers(self.approaches)
+        yield f"{numbers} approaches"
+
+    def _span(self) -> str:
+        return f"{100 * self.rates[0]:g} to {100 * self.rates[1]:g} %"
 
 
-def unmet(kind: Declares, scenario: Scenario, rate: float | None) -> str | None:
-    """Why a scenario at a penetration rate is none for a controller; None if it is.
-
-    Signals are for ``Controller.supports`` to ask for, as a controller may bring its own program.
-    """
-    count = len(scenario.approaches.names())
-    if kind.approaches is not None and count not in kind.approaches:
-        return f"it needs {_numbers(kind.approaches)} approaches, and the scenario has {count}"
-    least, greatest = kind.rates
-    if rate is not None and not least <= rate <= greatest:
-        return f"it needs {_span(kind)} RVs, and the rate is {100 * rate:g} %"
-    return None
-
-
-def mistake(kind: Declares) -> str | None:
+def mistake(kind: type[Controller]) -> str | None:
     """What is wrong with a controller's declarations; None if nothing is."""
     for key, choices in CHOICES.items():
         if (value := getattr(kind, key)) not in choices:
@@ -59,25 +90,6 @@ def mistake(kind: Declares) -> str | None:
     return None
 
 
-def declared(kind: Declares) -> str:
-    """What a controller declares, in words."""
-    return "; ".join(_declared(kind))
-
-
-def _declared(kind: Declares) -> Iterator[str]:
-    if kind.rules == "signals":
-        yield "lights on"
-    else:
-        yield f"lights dark, {kind.arbitration} arbitration"
-    yield f"{_span(kind)} RVs" if kind.needs_robot_vehicles else "commands no vehicle"
-    numbers = "any number of" if kind.approaches is None else _numbers(kind.approaches)
-    yield f"{numbers} approaches"
-
-
-def _span(kind: Declares) -> str:
-    return f"{100 * kind.rates[0]:g} to {100 * kind.rates[1]:g} %"
-
-
 def _numbers(approaches: Collection[int]) -> str:
     return " or ".join(map(str, sorted(approaches)))
 
@@ -86,7 +98,7 @@ def _is_span(rates: object) -> bool:
     return (
         isinstance(rates, tuple | list)
         and len(rates) == 2
-        and all(isinstance(one, Real) for one in rates)
+        and all(isinstance(rate, Real) for rate in rates)
         and 0 <= rates[0] <= rates[1] <= 1
     )
 
@@ -95,5 +107,5 @@ def _are_counts(approaches: object) -> bool:
     return (
         isinstance(approaches, Collection)
         and bool(approaches)
-        and all(type(one) is int and one > 0 for one in approaches)
+        and all(type(count) is int and count > 0 for count in approaches)
     )

@@ -1,17 +1,20 @@
 """Calls controllers so that whatever they do costs only their own episode."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, Protocol, TypeVar
 
 from pydantic import TypeAdapter
 
 from benchmark.control.controller import Command, Controller
+from benchmark.control.declarations import Declaration
 from benchmark.control.intersection import Intersection
 from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
 from benchmark.control.training import Training
 from benchmark.plumbing.errors import RightOfWayError
+from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
 
 TRAINED_ON = TypeAdapter(tuple[Training, ...] | None)
@@ -20,11 +23,41 @@ FAULTS = (Exception, SystemExit)  # a controller that exits must not end the who
 Decided = TypeVar("Decided", covariant=True)
 
 
-class Decides(Protocol[Decided]):
+class Judge(Protocol[Decided]):
     """What makes something of a controller's commands, as ``benchmark.world.rules.Rules`` does."""
 
     def decide(self, state: TrafficState, commands: Mapping[str, Command]) -> Decided:
         """What becomes of the commands; reads them, which may run the controller's code."""
+
+
+class Decider(Protocol):
+    """An episode's controller on a scenario, wherever it runs.
+
+    Every method raises ``ControllerFailedError`` where the controller fails.
+    """
+
+    declaration: Declaration
+    unsupported: str | None  # why the scenario is to be skipped
+    weights_hash: str | None
+    trained_on: tuple[Training, ...] | None
+    signal: Signal | None  # the program that SUMO runs, where signals rule
+
+    def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
+        """A new episode begins at every junction."""
+
+    def act(self, junction: str, state: TrafficState, judge: Judge[Decided]) -> Decided:
+        """What the judge makes of the controller's commands for the next step."""
+
+
+class Opened(Protocol):
+    """A controller that can be asked about scenarios."""
+
+    @property
+    def declaration(self) -> Declaration:
+        """What its class says of itself."""
+
+    def decider(self, scenario: Scenario) -> Decider:
+        """The controller of an episode on a scenario."""
 
 
 class ControllerFailedError(Exception):
@@ -61,6 +94,22 @@ def _words(error: BaseException) -> str:
     return f": {words}" if words else ""
 
 
+@dataclass(frozen=True)
+class Local:
+    """A controller of this process."""
+
+    plugin: Plugin
+
+    @property
+    def declaration(self) -> Declaration:
+        """What its class says of itself."""
+        return self.plugin.declaration
+
+    def decider(self, scenario: Scenario) -> "Guard":
+        """The controller of an episode on a scenario."""
+        return Guard(self.plugin, scenario)
+
+
 class Guard:
     """An episode's controller in this process: one object per junction, every call guarded.
 
@@ -73,7 +122,7 @@ class Guard:
     """
 
     def __init__(self, plugin: Plugin, scenario: Scenario) -> None:
-        self._plugin, self.kind = plugin, plugin.kind
+        self._plugin, self.declaration = plugin, plugin.declaration
         scenario = scenario.model_copy(deep=True)  # a controller may do to it what it likes
         self._first = self._new()
         self._by_junction: dict[str, Controller] = {}
@@ -81,8 +130,8 @@ class Guard:
             self.unsupported = self._first.supports(scenario)
             self.weights_hash = self._first.weights_hash
             self.trained_on = TRAINED_ON.validate_python(self._first.trained_on)
-            self.signal = None
-            if self.kind.rules == "signals" and self.unsupported is None:
+            self.signal: Signal | None = None
+            if self.declaration.rules == "signals" and self.unsupported is None:
                 self.signal = self._first.signal(scenario)
                 if self.signal is None:
                     raise TypeError("signal returned None where signals rule")
@@ -109,9 +158,9 @@ class Guard:
             except FAULTS as error:
                 raise raised("reset", error) from error
 
-    def act(self, junction: str, state: TrafficState, rules: Decides[Decided]) -> Decided:
-        """What the rules make of the controller's commands for the next step."""
+    def act(self, junction: str, state: TrafficState, judge: Judge[Decided]) -> Decided:
+        """What the judge makes of the controller's commands for the next step."""
         try:
-            return rules.decide(state, self._by_junction[junction].act(state))
+            return judge.decide(state, self._by_junction[junction].act(state))
         except FAULTS as error:
             raise raised(f"act at {state.time:g} s", error) from error

@@ -1,11 +1,11 @@
-"""How controllers and their trainers are found: installed, in a file, or in a module.
+"""How controllers are found: installed, in a file, or in a module.
 
 ``find`` is the one door: it takes any reference of ``benchmark.control.reference`` and checks its
 options against the constructor's signature.
 """
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -17,12 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from benchmark.control import declarations, loading
 from benchmark.control import reference as naming
 from benchmark.control.controller import Controller
+from benchmark.control.declarations import Declaration
 from benchmark.control.reference import Reference
 from benchmark.plumbing.errors import ControllerError
 from benchmark.plumbing.messages import explain, nearest
 
 GROUP = "rightofway.controllers"
-TRAINERS = "rightofway.trainers"
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,11 @@ class Plugin:
     reference: str  # as ``find`` reads it from any folder: files absolute, options sorted by name
     kind: type[Controller]
     options: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def declaration(self) -> Declaration:
+        """What its class says of itself."""
+        return Declaration.of(self.reference, self.kind)
 
     @property
     def label(self) -> str:
@@ -138,28 +143,6 @@ def _options(kind: type[Controller]) -> type[BaseModel]:
     }
     config = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
     return create_model("Options", __config__=config, **fields)
-
-
-# --- trainers, and what is said about controllers ---------------------------------------------
-
-
-def load_trainer(name: str) -> Callable[[Any], None]:
-    """What trains a controller: a function of ``benchmark.learning.run.Options``.
-
-    Raises:
-        ControllerError: there is none of that name, or what it needs is not installed.
-    """
-    known = {entry.name: entry for entry in entry_points(group=TRAINERS)}
-    if (entry := known.get(name)) is None:
-        raise ControllerError(f'nothing trains "{name}"{nearest(name, sorted(known))}')
-    try:
-        trainer: Callable[[Any], None] = entry.load()
-    except ModuleNotFoundError as error:
-        raise ControllerError(
-            f'training "{name}" needs {error.name}, which is not installed; '
-            "pip install 'rightofway[train]'"
-        ) from error
-    return trainer
 
 
 def description(controller: type[Controller]) -> str:

@@ -1,15 +1,10 @@
-"""What a controller commanded, as plain rows; and a controller that commands it again.
+"""What a controller commanded, as plain rows; and a controller that commands it again."""
 
-Commands are kept as they were given, illegal ones too, so that the same rules refuse the same ones
-with the same words when they are given again.
-"""
-
-import math
 from collections.abc import Callable, Mapping, Sequence
-from numbers import Real
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-from benchmark.control.controller import Command, Controller, Drive, Go, Phase, Stop
+from benchmark.control.commands import Written, read, write
+from benchmark.control.controller import Command, Controller
 from benchmark.control.intersection import Intersection
 from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
@@ -17,19 +12,22 @@ from benchmark.records.record import Record
 from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
 
-NO_SIDE = 2  # stands for a lane change that is none of -1, 0 and 1
-
 
 class Action(NamedTuple):
-    """One command as it was given."""
+    """One command as it was given; behind the junction stand the fields of ``Written``."""
 
     step: int  # 0 for the episode's first
     junction: str
-    target: str | None  # None: it was no text, and so nobody's id
-    command: str  # "go", "stop", "drive", "phase"; "other" for what is no command
-    acceleration: float | None  # m/s2, of a drive; NaN for what is no finite number
-    lane_change: int | None  # of a drive; NO_SIDE for what is no lane change
-    name: str | None  # of the phase, or of the type of what is no command
+    target: str | None
+    command: str
+    acceleration: float | None  # m/s2
+    lane_change: int | None
+    name: str | None
+
+    @property
+    def written(self) -> Written:
+        """The command in writing."""
+        return Written(*self[2:])
 
 
 class Recording:
@@ -48,58 +46,11 @@ class Recording:
             step = self._steps[junction]
             self._steps[junction] += 1
             self.actions.extend(
-                _action(step, junction, target, command) for target, command in commands.items()
+                Action(step, junction, *write(target, command))
+                for target, command in commands.items()
             )
 
         return hear
-
-
-def _action(step: int, junction: str, target: object, command: object) -> Action:
-    who = _text(target) if isinstance(target, str) else None
-    kind = type(command)
-    if kind is Go:
-        return Action(step, junction, who, "go", None, None, None)
-    if kind is Stop:
-        return Action(step, junction, who, "stop", None, None, None)
-    if isinstance(command, Drive) and kind is Drive:
-        speeding, side = _number(command.acceleration), _side(command.lane_change)
-        return Action(step, junction, who, "drive", speeding, side, None)
-    if isinstance(command, Phase) and kind is Phase:
-        return Action(step, junction, who, "phase", None, None, _text(str(command.name)))
-    return Action(step, junction, who, "other", None, None, _text(kind.__name__))
-
-
-def _text(text: str) -> str:
-    """Text that UTF-8 can hold."""
-    return text.encode(errors="replace").decode()
-
-
-def _number(value: object) -> float:
-    try:
-        return float(value) if isinstance(value, Real) and math.isfinite(value) else math.nan
-    except OverflowError:  # a whole number beyond all floats
-        return math.nan
-
-
-def _side(value: Any) -> int:
-    try:
-        return int(value) if value in (-1, 0, 1) else NO_SIDE
-    except Exception:  # whatever a controller put there
-        return NO_SIDE
-
-
-def _command(action: Action) -> Any:
-    """The command of an action, as the rules are to judge it."""
-    if action.command == "go":
-        return Go()
-    if action.command == "stop":
-        return Stop()
-    if action.command == "drive":
-        assert action.acceleration is not None
-        return Drive(action.acceleration, action.lane_change)  # type: ignore[arg-type]
-    if action.command == "phase":
-        return Phase(action.name or "")
-    return type(action.name or "", (), {})()  # the rules name the type in their refusal
 
 
 class Spoken(Controller):
@@ -125,11 +76,11 @@ class Spoken(Controller):
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Begin anew."""
         self._step = 0
-        self._given: dict[int, dict[Any, Command]] = {}
+        steps: dict[int, list[Written]] = {}
         for action in self._actions:
             if action.junction == intersection.id:
-                target = object() if action.target is None else action.target
-                self._given.setdefault(action.step, {})[target] = _command(action)
+                steps.setdefault(action.step, []).append(action.written)
+        self._given = {step: read(lines) for step, lines in steps.items()}
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """The commands of this step."""

@@ -26,12 +26,15 @@ def estimates(chosen: Sequence[Episode], table: "polars.DataFrame | None" = None
         chosen: what is to be run.
         table: of earlier runs, as ``benchmark.records.table`` makes it.
     """
-    took = _means(table)
+    means = _means(table)
     guess = _Guess()
-    return [
-        next((took[key] for key in _keys(*one.key[1:4]) if key in took), None) or guess.of(one)
-        for one in chosen
-    ]
+
+    def seconds(episode: Episode) -> float:
+        _, scenario_hash, controller, rate, _ = episode.key
+        closest = means.get((scenario_hash, controller, rate))
+        return closest or means.get((scenario_hash, controller)) or guess.of(episode)
+
+    return [seconds(episode) for episode in chosen]
 
 
 def slowest_first(chosen: Sequence[Episode], times: Sequence[float]) -> list[Episode]:
@@ -45,17 +48,12 @@ def _means(table: "polars.DataFrame | None") -> dict[Key, float]:
         return {}
     from polars import col
 
-    known = table.filter(col("wall_time") > 0).unique("record")  # some have several junctions
-    found: dict[Key, float] = {}
+    timed = table.filter(col("wall_time") > 0).unique("record")  # some have several junctions
+    means: dict[Key, float] = {}
     for keys in (("scenario_hash", "controller"), ("scenario_hash", "controller", "rate")):
-        means = known.group_by(keys).agg(col("wall_time").mean())
-        found |= {tuple(key): mean for *key, mean in means.iter_rows()}
-    return found
-
-
-def _keys(scenario: str, controller: str, rate: float | None) -> tuple[Key, Key]:
-    """What episodes share that take about as long, the closest first."""
-    return (scenario, controller, rate), (scenario, controller)
+        rows = timed.group_by(keys).agg(col("wall_time").mean()).iter_rows()
+        means |= {tuple(key): mean for *key, mean in rows}
+    return means
 
 
 class _Guess:
@@ -71,8 +69,8 @@ class _Guess:
         if scenario.hash not in self._vehicles:
             self._vehicles[scenario.hash] = _vehicles(scenario)
         if controller not in self._signals:
-            kind = look(controller, episode.isolate, episode.limits).kind
-            self._signals[controller] = kind.rules == "signals"
+            declaration = look(controller, episode.isolate, episode.limits)
+            self._signals[controller] = declaration.rules == "signals"
         jams = 1 + JAMS / max(episode.rate or 0.0, FEWEST)
         pace = SIGNALS if self._signals[controller] else ROBOTS * jams
         return self._vehicles[scenario.hash] * pace
@@ -82,5 +80,6 @@ def _vehicles(scenario: Scenario) -> float:
     """How many vehicles the demand holds before the episode ends."""
     end = scenario.evaluation.duration
     return sum(
-        one.total * max(0.0, min(one.end, end) - one.begin) / 3600 for one in scenario.demand
+        period.total * max(0.0, min(period.end, end) - period.begin) / 3600
+        for period in scenario.demand
     )

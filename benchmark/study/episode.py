@@ -9,17 +9,16 @@ from functools import partial
 from typing import Literal
 
 from benchmark import __version__
-from benchmark.control import declarations, plugins, reference
-from benchmark.control.guard import ControllerFailedError, Guard
+from benchmark.control import plugins, reference
+from benchmark.control.guard import ControllerFailedError, Decider, Local, Opened
 from benchmark.control.isolation.limits import DEFAULT, Limits
-from benchmark.control.isolation.remote import Remote, RemoteGuard, isolated
-from benchmark.control.plugins import Plugin
-from benchmark.pictures.replay.recorder import Recorder
+from benchmark.control.isolation.remote import Remote, isolated
 from benchmark.records.record import Record, Versions
 from benchmark.scenario.scenario import Scenario
 from benchmark.study import identity
 from benchmark.study.actions import Recording
 from benchmark.sumo import tools
+from benchmark.world.onlooker import Onlooker
 from benchmark.world.world import MeddlingError, World
 
 
@@ -87,77 +86,63 @@ class Episode:
         )
 
 
-def run(
-    episode: Episode,
-    *,
-    window: bool = False,
-    recording: Recording | None = None,
-    recorder: Recorder | None = None,
-) -> Record:
+@dataclass(frozen=True)
+class Audience:
+    """Who looks on at an episode; nothing changes by it."""
+
+    window: bool = False  # people, in sumo-gui
+    recording: Recording | None = None  # is told what the controller commands
+    onlooker: Onlooker | None = None  # is told what happens
+
+
+NOBODY = Audience()
+
+
+def run(episode: Episode, audience: Audience = NOBODY) -> Record:
     """Run an episode to its end.
 
     A controller that raises or breaks the contract fails its episode: the record says so.
 
     Args:
         episode: what to run.
-        window: show it in sumo-gui.
-        recording: is told what the controller commands.
-        recorder: keeps where everybody was; empty where the episode does not end well.
+        audience: who looks on; of an episode that does not end well it has seen a part.
 
     Raises:
         RightOfWayError: the scenario itself cannot be run.
     """
-    return run_with(
-        partial(opened, episode), episode, window=window, recording=recording, recorder=recorder
-    )
+    return run_with(partial(opened, episode), episode, audience)
 
 
-Opening = Callable[[], AbstractContextManager[Plugin | Remote]]
+Opening = Callable[[], AbstractContextManager[Opened]]
 """Opens a controller, here or elsewhere."""
 
 
 def run_with(
-    opening: Opening,
-    episode: Episode,
-    *,
-    source: str | None = None,
-    window: bool = False,
-    recording: Recording | None = None,
-    recorder: Recorder | None = None,
+    opening: Opening, episode: Episode, audience: Audience = NOBODY, *, source: str | None = None
 ) -> Record:
     """Run an episode under a controller that is not found by its name; otherwise as ``run``.
 
     Args:
         opening: opens the controller.
         episode: what to run.
+        audience: who looks on.
         source: where the controller comes from, for the record; None looks its name up.
-        window: show it in sumo-gui.
-        recording: is told what the controller commands.
-        recorder: keeps where everybody was.
     """
     began = clock.perf_counter()
     facts: dict[str, object] = {"controller_from": source} if source else {}
     try:
-        with opening() as plugin:
-            kind = plugin.kind
-            arbitration = kind.arbitration if kind.rules == "robot vehicles" else None
-            facts |= {"rules": kind.rules, "arbitration": arbitration}
-            if reason := declarations.unmet(kind, episode.scenario, episode.rate):
-                return episode.record("skipped", reason=reason, **facts)
-            controllers = guard(plugin, episode.scenario)
-            if reason := controllers.unsupported:
-                return episode.record("skipped", reason=reason, **facts)
-            found = _record(
-                episode, controllers, facts, window=window, recording=recording, recorder=recorder
-            )
+        with opening() as controller:
+            declaration = controller.declaration
+            facts |= {"rules": declaration.rules, "arbitration": declaration.arbitrated}
+            record = _run(controller, episode, audience, facts)
     except ControllerFailedError as fault:
-        found = episode.record(fault.status, reason=str(fault), **facts)
+        record = episode.record(fault.status, reason=str(fault), **facts)
     except MeddlingError as fault:
-        found = episode.record("failed", reason=str(fault), **facts)
-    return found.model_copy(update={"wall_time": round(clock.perf_counter() - began, 3)})
+        record = episode.record("failed", reason=str(fault), **facts)
+    return record.model_copy(update={"wall_time": round(clock.perf_counter() - began, 3)})
 
 
-def opened(episode: Episode) -> AbstractContextManager[Plugin | Remote]:
+def opened(episode: Episode) -> AbstractContextManager[Opened]:
     """An episode's controller, here or in a process of its own that ends with the context.
 
     Raises:
@@ -166,66 +151,65 @@ def opened(episode: Episode) -> AbstractContextManager[Plugin | Remote]:
     """
     if isolated(episode.controller, episode.isolate):
         return Remote(episode.controller, episode.limits)
-    return nullcontext(plugins.find(episode.controller))
+    return nullcontext(Local(plugins.find(episode.controller)))
 
 
-def guard(plugin: Plugin | Remote, scenario: Scenario) -> Guard | RemoteGuard:
-    """What asks a controller on a scenario, wherever it runs."""
-    return plugin.guard(scenario) if isinstance(plugin, Remote) else Guard(plugin, scenario)
-
-
-def world_of(episode: Episode, controllers: Guard | RemoteGuard, *, window: bool = False) -> World:
+def world_of(episode: Episode, decider: Decider, *, window: bool = False) -> World:
     """The world of an episode, built, and its controllers told where they are.
 
     Args:
         episode: what is to be run.
-        controllers: who decides; they support the scenario.
+        decider: who decides; it supports the scenario.
         window: show it in sumo-gui.
     """
-    kind = controllers.kind
     world = World(
         episode.scenario,
         episode.rate or 0.0,
         episode.seed,
         controller=episode.label,
-        signal=controllers.signal,
-        arbitration=kind.arbitration if kind.rules == "robot vehicles" else "own",
+        signal=decider.signal,
+        arbitration=decider.declaration.arbitrated or "own",
         window=window,
     )
     intersections = {name: site.junction.intersection for name, site in world.sites.items()}
-    controllers.reset(intersections, episode.seed)
+    decider.reset(intersections, episode.seed)
     return world
 
 
-def _record(
-    episode: Episode,
-    controllers: Guard | RemoteGuard,
-    facts: Mapping[str, object],
-    *,
-    window: bool,
-    recording: Recording | None,
-    recorder: Recorder | None,
+def _run(
+    controller: Opened, episode: Episode, audience: Audience, facts: Mapping[str, object]
 ) -> Record:
-    world = world_of(episode, controllers, window=window)
-    if recording is not None:
-        recording.signal = controllers.signal
-        for name, site in world.sites.items():
-            site.rules.listener = recording.listener(name)
-    if recorder is not None:
-        world.watch(recorder)
+    """The record of an episode that ends well, or is skipped."""
+    if reason := controller.declaration.unmet(episode.scenario, episode.rate):
+        return episode.record("skipped", reason=reason, **facts)
+    decider = controller.decider(episode.scenario)
+    if reason := decider.unsupported:
+        return episode.record("skipped", reason=reason, **facts)
+    world = world_of(episode, decider, window=audience.window)
+    _seat(audience, world, decider)
     with world:
         while not world.over:
             for name, state in world.step().items():
-                orders = controllers.act(name, state, world.sites[name].rules)
+                orders = decider.act(name, state, world.sites[name].rules)
                 world.carry_out(name, orders, state.time)
         trips = world.finish()
     return episode.record(
         "ok",
         network_hash=world.network.hash,
         routes_hash=world.routes.hash,
-        weights_hash=controllers.weights_hash,
-        trained_on=controllers.trained_on,
+        weights_hash=decider.weights_hash,
+        trained_on=decider.trained_on,
         junctions=world.junction_metrics(),
         trips=trips,
         **facts,
     )
+
+
+def _seat(audience: Audience, world: World, decider: Decider) -> None:
+    """Let the audience hear and see what happens in a world."""
+    if audience.recording is not None:
+        audience.recording.signal = decider.signal
+        for name, site in world.sites.items():
+            site.rules.listener = audience.recording.listener(name)
+    if audience.onlooker is not None:
+        world.watch(audience.onlooker)

@@ -5,32 +5,33 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmark.pictures.replay.recorder import Recorder
+from benchmark.control.guard import Local
 from benchmark.plumbing.errors import ActionLogError
 from benchmark.records.record import Record
 from benchmark.scenario import catalogue
 from benchmark.study import action_log
 from benchmark.study.action_log import ActionLog
 from benchmark.study.actions import Recording, spoken
-from benchmark.study.episode import Episode, run, run_with
+from benchmark.study.episode import Audience, Episode, run, run_with
+from benchmark.world.onlooker import Onlooker
 
 VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
 
 
-def run_logged(episode: Episode, folder: Path, recorder: Recorder | None = None) -> Record:
+def run_logged(episode: Episode, folder: Path, onlooker: Onlooker | None = None) -> Record:
     """Run an episode and write its action log; one that does not end well leaves none.
 
     Args:
         episode: what to run.
         folder: where the log goes.
-        recorder: keeps where everybody was.
+        onlooker: is told what happens.
 
     Raises:
         RightOfWayError: the scenario cannot be run.
         StoreError: the disk refuses the log.
     """
     recording = Recording()
-    record = run(episode, recording=recording, recorder=recorder)
+    record = run(episode, Audience(recording=recording, onlooker=onlooker))
     if record.status == "ok":
         action_log.write(folder, recording, record, episode.scenario)
     return record
@@ -49,24 +50,24 @@ class LoggedEpisode(Episode):
         return cls(log.scenario, record.controller, record.rate, record.seed, log=log.path)
 
 
-def score(episode: LoggedEpisode, recorder: Recorder | None = None) -> Record:
+def score(episode: LoggedEpisode, onlooker: Onlooker | None = None) -> Record:
     """Run an episode again, with the commands of its log in place of its controller.
 
     Args:
         episode: what to run.
-        recorder: keeps where everybody was.
+        onlooker: is told what happens.
 
     Raises:
         ActionLogError: the log cannot be read.
         RightOfWayError: the scenario cannot be run.
     """
     log = action_log.read(episode.log)
-    plugin = spoken(log.actions, log.record, log.signal)
+    controller = Local(spoken(log.actions, log.record, log.signal))
     return run_with(
-        lambda: nullcontext(plugin),
+        lambda: nullcontext(controller),
         episode,
+        Audience(onlooker=onlooker),
         source=log.record.controller_from,
-        recorder=recorder,
     )
 
 

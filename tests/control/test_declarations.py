@@ -3,11 +3,12 @@
 from typing import Any
 
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 
 from baselines.traffic_light import TrafficLight
 from baselines.virtual_signal import VirtualSignal
 from benchmark.control import declarations, plugins
+from benchmark.control.declarations import Declaration
 from benchmark.plumbing.errors import ControllerError
 from benchmark.study.episode import Episode, run
 
@@ -34,7 +35,7 @@ def kind(base: type = VirtualSignal, **declared: Any) -> Any:
 def test_a_scenario_or_rate_it_is_not_made_for_is_a_reason_to_skip(
     declared: dict[str, Any], scenario: str, rate: float | None, reason: str | None
 ) -> None:
-    assert declarations.unmet(kind(**declared), smoke(scenario), rate) == reason
+    assert Declaration.of("needy", kind(**declared)).unmet(smoke(scenario), rate) == reason
 
 
 def test_a_skipped_episode_does_not_even_make_the_controller(
@@ -80,8 +81,7 @@ def test_a_declaration_that_makes_no_sense_is_refused_when_the_controller_is_fou
 
 def test_what_is_declared_is_said_in_words() -> None:
     wanted = "lights dark, own arbitration; 40 to 100 % RVs; 3 or 4 approaches"
-    assert (
-        declarations.declared(kind(arbitration="own", rates=(0.4, 1), approaches={4, 3})) == wanted
-    )
+    needy = kind(arbitration="own", rates=(0.4, 1), approaches={4, 3})
+    assert Declaration.of("needy", needy).in_words() == wanted
     wanted = "lights on; commands no vehicle; any number of approaches"
-    assert declarations.declared(kind(TrafficLight)) == wanted
+    assert Declaration.of("needy", kind(TrafficLight)).in_words() == wanted

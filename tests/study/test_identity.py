@@ -4,13 +4,12 @@ import dataclasses
 import re
 from pathlib import Path
 
-import grimp
 import pytest
 from factories.records import record
 from factories.scenarios import smoke
 
 from benchmark import __version__
-from benchmark.control import plugins
+from benchmark.control import code, plugins
 from benchmark.control.isolation.limits import Limits
 from benchmark.records import leaderboard
 from benchmark.study import identity
@@ -76,7 +75,7 @@ def test_code_and_weights_beside_a_file_count(tmp_path: Path, name: str) -> None
     for text in ("", "# edited"):
         (tmp_path / name).write_text(text)
         (tmp_path / "notes.txt").write_text(text)
-        identity.beside.cache_clear()
+        code.beside.cache_clear()
         found.append(one.identity)
     assert found[0] != found[1]
 
@@ -106,21 +105,21 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("name", ["one.py", "__init__.py", "weights.bin", "new/data.txt"])
 def test_a_file_of_its_package_counts_without_a_new_version(package: Path, name: str) -> None:
     mine = dataclasses.replace(ONE, controller="mine.one:Mine")
-    found = []
+    identities = []
     for text in ("", "# edited"):
         (package / name).parent.mkdir(exist_ok=True)
         (package / name).write_text(CONTROLLER + text)
-        identity.code.cache_clear()
-        found.append(mine.identity)
-    assert found[0] != found[1]
-    identity.code.cache_clear()
+        code.of_module.cache_clear()
+        identities.append(mine.identity)
+    assert identities[0] != identities[1]
+    code.of_module.cache_clear()
 
 
 def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
     mine = dataclasses.replace(ONE, controller="mine.one:Mine")
 
     def source() -> str:
-        identity.code_and_weights.cache_clear()
+        code.of_code_and_weights.cache_clear()
         return mine.controller_from
 
     found = [source()]
@@ -138,7 +137,7 @@ def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
         (package / name).parent.mkdir(exist_ok=True)
         (package / name).write_text("x")
     assert source() == found[1]
-    identity.code_and_weights.cache_clear()
+    code.of_code_and_weights.cache_clear()
 
 
 def test_of_an_installed_package_the_version_is_named_too(
@@ -147,41 +146,8 @@ def test_of_an_installed_package_the_version_is_named_too(
     monkeypatch.setattr(plugins, "provenance", lambda text: "mine 2.1")
     assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.origin("mine.one:Mine"))
     assert identity.origin("nowhere.at.all:Mine") == "mine 2.1"
-    identity.code_and_weights.cache_clear()
+    code.of_code_and_weights.cache_clear()
 
 
 def test_right_of_ways_own_controllers_are_told_by_its_version() -> None:
     assert ONE.controller_from == f"rightofway {__version__}"
-
-
-def test_what_python_keeps_beside_a_package_does_not_count(package: Path) -> None:
-    before = identity.code("mine")
-    (package / "__pycache__").mkdir()
-    (package / "__pycache__" / "one.pyc").write_text("x")
-    identity.code.cache_clear()
-    assert identity.code("mine") == before
-    identity.code.cache_clear()
-
-
-def test_no_two_ways_to_cut_files_share_a_hash(package: Path) -> None:
-    (package / "a").write_text("1")
-    (package / "b").write_text("2")
-    before = identity.code("mine")
-    (package / "b").unlink()
-    (package / "a").write_text("1b\x001\x002")
-    identity.code.cache_clear()
-    assert identity.code("mine") != before
-    identity.code.cache_clear()
-
-
-def test_episodes_import_nothing_of_the_folders_that_do_not_count() -> None:
-    graph = grimp.build_graph("benchmark", "baselines")
-    found = graph.find_upstream_modules("benchmark.study.episode") | graph.find_upstream_modules(
-        "baselines", as_package=True
-    )
-    used = {name.split(".")[1] for name in found if name.startswith("benchmark.")}
-    assert {"world", "metrics", "isolation"} <= used
-    assert not used & identity.APART
-    folder = Path(identity.__file__).parent
-    assert all((folder / name / "__init__.py").exists() for name in identity.APART)
-    assert not [path for name in identity.DATA for path in (folder / name).glob("__init__.py")]

@@ -14,7 +14,7 @@ from benchmark.admission.conformance.elsewhere import in_words
 from benchmark.admission.conformance.result import CheckFailedError, CheckSkippedError
 from benchmark.admission.conformance.subject import Subject
 from benchmark.admission.conformance.watching import Commands, Track, answers, blaming
-from benchmark.control import declarations, plugins
+from benchmark.control import plugins
 from benchmark.control.plugins import Plugin
 from benchmark.scenario.scenario import Scenario
 
@@ -25,10 +25,9 @@ NEVER_RAN = "it does not get through an episode; see runs"
 
 def declares(subject: Subject, scenario: Scenario) -> str:
     """It can be made, describes itself and declares what it needs."""
-    kind = subject.plugin.kind
     with blaming("its constructor"):
         subject.plugin.new()
-    if not plugins.description(kind):
+    if not plugins.description(subject.plugin.kind):
         raise CheckFailedError("the class has no docstring; its first line stands in tables")
     if all(subject.skipped(one) for one in subject.scenarios):
         reasons = "; ".join(f"{one.name}: {subject.skipped(one)}" for one in subject.scenarios)
@@ -36,7 +35,7 @@ def declares(subject: Subject, scenario: Scenario) -> str:
             f"none of the scenarios suits it, so nothing can be checked ({reasons}); name one that "
             "does with --scenario"
         )
-    return declarations.declared(kind)
+    return subject.plugin.declaration.in_words()
 
 
 def runs(subject: Subject, scenario: Scenario) -> str:

@@ -6,7 +6,7 @@ from functools import cached_property
 from benchmark.admission.conformance import elsewhere
 from benchmark.admission.conformance.elsewhere import Outcome, Task
 from benchmark.admission.conformance.watching import Track, Watched, watch
-from benchmark.control import declarations, plugins
+from benchmark.control import plugins
 from benchmark.control.controller import Controller
 from benchmark.control.plugins import Plugin
 from benchmark.scenario.scenario import Scenario
@@ -58,7 +58,7 @@ class Subject:
 
     def unmet(self, scenario: Scenario) -> str | None:
         """What it declares to need and the scenario lacks."""
-        return declarations.unmet(self.plugin.kind, scenario, self.rate)
+        return self.plugin.declaration.unmet(scenario, self.rate)
 
     def skipped(self, scenario: Scenario) -> str | None:
         """Why it is not run on a scenario; None if it is, whatever comes of it."""

@@ -8,12 +8,13 @@ import time as clock
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import msgspec
 from msgspec import Meta, Struct
 
-from benchmark.control import reference as naming
+from benchmark.control.commands import Written
+from benchmark.control.declarations import Declaration
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import Crossing, TrafficState, Vehicle
 from benchmark.scenario.scenario import Scenario
@@ -27,9 +28,6 @@ Text = Annotated[str, Meta(max_length=4000)]
 
 class Message(Struct, array_like=True, tag=True):
     """A message; its class is told by its tag."""
-
-
-# --- from the runner ----------------------------------------------------------------------------
 
 
 class Open(Message):
@@ -56,9 +54,9 @@ class Ask(Message):
 
     def scenario(self) -> Scenario:
         """The scenario in question."""
-        found = Scenario.model_validate_json(self.text)
-        found._name = self.name
-        return found
+        scenario = Scenario.model_validate_json(self.text)
+        scenario._name = self.name
+        return scenario
 
 
 class Begin(Message):
@@ -82,28 +80,10 @@ class See(Message):
         return TrafficState(intersection, self.time, self.vehicles, self.inside, self.phase)
 
 
-# --- from the controller ------------------------------------------------------------------------
-
-
 class Declared(Message):
-    """What the controller's class says of itself; stands in for the plugin and its class."""
+    """What the controller's class says of itself."""
 
-    reference: Text
-    rules: Literal["signals", "robot vehicles"]
-    arbitration: Literal["flexible", "own"]
-    needs_robot_vehicles: bool
-    rates: tuple[float, float]
-    approaches: frozenset[int] | None
-
-    @property
-    def label(self) -> str:
-        """The reference as records and tables have it."""
-        return naming.label(self.reference)
-
-    @property
-    def kind(self) -> Self:
-        """Itself, where a plugin has its class."""
-        return self
+    declaration: Declaration
 
 
 class Answer(Message):
@@ -119,43 +99,10 @@ class Begun(Message):
     """The controllers are reset."""
 
 
-class GoTo(Message, tag="go"):
-    """``Go`` to an RV."""
-
-    target: Name
-
-
-class StopAt(Message, tag="stop"):
-    """``Stop`` to an RV."""
-
-    target: Name
-
-
-class DriveBy(Message, tag="drive"):
-    """``Drive`` to an RV."""
-
-    target: Name
-    acceleration: float
-    lane_change: int
-
-
-class PhaseOf(Message, tag="phase"):
-    """``Phase`` to a signal."""
-
-    target: Name
-    name: Name
-
-
-class Foreign(Message, tag="foreign"):
-    """Something that is no command of the contract."""
-
-    target: Name
-
-
 class Commands(Message):
     """The answer to ``See``, in the order in which the controller gave it."""
 
-    commands: list[GoTo | StopAt | DriveBy | PhaseOf | Foreign]
+    commands: list[Written]
 
 
 class Fault(Message):
@@ -166,9 +113,6 @@ class Fault(Message):
 
 QUESTIONS = Open | Ask | Begin | See
 ANSWERS = Declared | Answer | Begun | Commands | Fault
-
-
-# --- bytes --------------------------------------------------------------------------------------
 
 
 class MalformedError(Exception):

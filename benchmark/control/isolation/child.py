@@ -1,15 +1,15 @@
 """The controller's side: a process that answers one runner, and ends when it hangs up."""
 
-import math
 import os
 import socket
 import sys
 from collections.abc import Mapping
-from numbers import Real
+from dataclasses import replace
 from pathlib import Path
 
 from benchmark.control import plugins
-from benchmark.control.controller import Command, Drive, Go, Phase, Stop, expect_mapping
+from benchmark.control.commands import text, write
+from benchmark.control.controller import Command, expect_mapping
 from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Guard, raised
 from benchmark.control.intersection import Intersection
 from benchmark.control.isolation import channel, imports, sandbox
@@ -20,7 +20,6 @@ from benchmark.plumbing.errors import ControllerError, RightOfWayError
 from benchmark.scenario.scenario import Scenario
 
 LONGEST_REASON = 2000  # characters
-NO_LANE_CHANGE = 9  # stands for whatever is neither -1, 0 nor 1
 RESERVE = 8  # MB, let go when memory runs out, to say so
 
 
@@ -65,7 +64,7 @@ class Service:
         if isinstance(error.__cause__ or error, MemoryError):
             self._reserve = bytearray()
             reason = f"{reason}; its limit is {self._memory} MB"
-        return channel.Fault(_text(reason[:LONGEST_REASON]))
+        return channel.Fault(text(reason[:LONGEST_REASON]))
 
     def _answer(self, question: channel.Message) -> channel.Message:
         match question:
@@ -75,7 +74,8 @@ class Service:
                 return self._ask(question.scenario())
             case channel.Begin(seed, junctions):
                 self._intersections = {
-                    name: channel.read_only(one) for name, one in junctions.items()
+                    name: channel.read_only(intersection)
+                    for name, intersection in junctions.items()
                 }
                 self._guard.reset(self._intersections, seed)
                 return channel.Begun()
@@ -96,23 +96,14 @@ class Service:
         imports.close()
         sys.path[:0] = opening.path  # not before: what lies there may shadow what was imported
         os.chdir(opening.folder)  # where the reference's paths begin
-        found = plugins.find(opening.reference)
+        plugin = plugins.find(opening.reference)
         options = {
             key: value.absolute() if isinstance(value, Path) else value
-            for key, value in found.options.items()
+            for key, value in plugin.options.items()
         }
         os.chdir(empty)
-        self._plugin = Plugin(found.reference, found.kind, options)
-        kind = found.kind
-        least, greatest = kind.rates
-        return channel.Declared(
-            found.reference,
-            kind.rules,
-            kind.arbitration,
-            bool(kind.needs_robot_vehicles),
-            (float(least), float(greatest)),
-            None if kind.approaches is None else frozenset(kind.approaches),
-        )
+        self._plugin = replace(plugin, options=options)
+        return channel.Declared(self._plugin.declaration)
 
     def _ask(self, scenario: Scenario) -> channel.Answer:
         self._guard = guard = Guard(self._plugin, scenario)
@@ -138,35 +129,4 @@ class Writer:
             ControllerError: they are no mapping.
         """
         expect_mapping(self._controller, commands)
-        named = enumerate(commands.items())
-        return channel.Commands([_written(_name(key, n), one) for n, (key, one) in named])
-
-
-Written = channel.GoTo | channel.StopAt | channel.DriveBy | channel.PhaseOf | channel.Foreign
-
-
-def _written(target: str, command: Command) -> Written:
-    kind = type(command)
-    if kind is Go:
-        return channel.GoTo(target)
-    if kind is Stop:
-        return channel.StopAt(target)
-    if isinstance(command, Drive) and kind is Drive:
-        given, side = command.acceleration, command.lane_change
-        acceleration = float(given) if isinstance(given, Real) else math.nan
-        return channel.DriveBy(
-            target, acceleration, int(side) if side in (-1, 0, 1) else NO_LANE_CHANGE
-        )
-    if isinstance(command, Phase) and kind is Phase and isinstance(command.name, str):
-        return channel.PhaseOf(target, _text(command.name))
-    return channel.Foreign(target)
-
-
-def _name(target: object, number: int) -> str:
-    """An id as it travels; what is none becomes one that nobody has."""
-    return _text(target) if isinstance(target, str) else f"not an id: {number}"
-
-
-def _text(text: str) -> str:
-    """A text as UTF-8 can hold it."""
-    return text.encode(errors="replace").decode()
+        return channel.Commands([write(target, command) for target, command in commands.items()])

@@ -5,21 +5,20 @@ import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from types import TracebackType
 from typing import Self, TypeVar
 
 from pydantic import ValidationError
 
 from benchmark.control import plugins
 from benchmark.control import reference as naming
-from benchmark.control.controller import Command, Drive, Go, Phase, Stop
-from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Decided, Decides, raised
+from benchmark.control.commands import read
+from benchmark.control.declarations import Declaration
+from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Decided, Judge, raised
 from benchmark.control.intersection import Intersection
 from benchmark.control.isolation import channel
 from benchmark.control.isolation.limits import DEFAULT, Limits
 from benchmark.control.isolation.process import Process
 from benchmark.control.isolation.readable import readable
-from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
 from benchmark.plumbing.errors import ControllerError
 from benchmark.scenario.layout import Signal
@@ -37,8 +36,8 @@ def isolated(reference: str, wish: bool | None) -> bool:
 
 def look(
     reference: str, wish: bool | None = None, limits: Limits = DEFAULT, folder: Path = Path()
-) -> Plugin | channel.Declared:
-    """A controller, or what it says of itself where it is to be isolated and not imported here.
+) -> Declaration:
+    """What a controller says of itself; where it is to be isolated, it is not imported here.
 
     Args:
         reference: as ``benchmark.control.plugins.find`` reads it.
@@ -50,12 +49,12 @@ def look(
         ControllerError: it cannot be found, imported or isolated.
     """
     if not isolated(reference, wish):
-        return plugins.find(reference, folder)
+        return plugins.find(reference, folder).declaration
     return declared(str(naming.parse(reference).placed(folder)), limits)
 
 
 @cache
-def declared(reference: str, limits: Limits) -> channel.Declared:
+def declared(reference: str, limits: Limits) -> Declaration:
     """What a controller's class says of itself, asked in a process of its own.
 
     Raises:
@@ -63,7 +62,7 @@ def declared(reference: str, limits: Limits) -> channel.Declared:
     """
     try:
         with Remote(reference, limits) as controller:
-            return controller.kind
+            return controller.declaration
     except ControllerFailedError as error:
         raise ControllerError(str(error)) from error
 
@@ -85,12 +84,12 @@ class Remote:
         self._limits = limits
         self._process = Process()
         try:
-            self.kind = self._open(reference, path)
+            self.declaration = self._open(reference, path)
         except BaseException:
             self._process.close()
             raise
 
-    def _open(self, reference: str, path: Sequence[str]) -> channel.Declared:
+    def _open(self, reference: str, path: Sequence[str]) -> Declaration:
         reference = str(naming.parse(reference).placed(Path()))
         doing = f'import of "{naming.label(reference)}"'
         question = channel.Open(
@@ -101,25 +100,21 @@ class Remote:
             self._limits.memory,
             os.getpid(),
         )
-        kind = self._process.ask(question, channel.Declared, doing, self._limits.start)
-        if naming.parse(kind.reference).name != naming.parse(reference).name:
-            raise ControllerFailedError(f'{doing}: it says it is "{kind.reference}"')
-        return kind
+        answer = self._process.ask(question, channel.Declared, doing, self._limits.start)
+        said = answer.declaration.reference
+        if naming.parse(said).name != naming.parse(reference).name:
+            raise ControllerFailedError(f'{doing}: it says it is "{said}"')
+        return answer.declaration
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._process.close()
 
-    def guard(self, scenario: Scenario) -> "RemoteGuard":
+    def decider(self, scenario: Scenario) -> "RemoteGuard":
         """The controller of an episode on a scenario."""
-        return RemoteGuard(self._process, self.kind, scenario, self._limits)
+        return RemoteGuard(self._process, self.declaration, scenario, self._limits)
 
 
 class RemoteGuard:
@@ -127,22 +122,22 @@ class RemoteGuard:
 
     Args:
         process: where it runs.
-        kind: what its class says of itself.
+        declaration: what its class says of itself.
         scenario: what it is to run on; ``unsupported`` says why not, ``signal`` what SUMO runs.
         limits: of time.
     """
 
     def __init__(
-        self, process: Process, kind: channel.Declared, scenario: Scenario, limits: Limits
+        self, process: Process, declaration: Declaration, scenario: Scenario, limits: Limits
     ) -> None:
-        self._process, self.kind, self._limits = process, kind, limits
+        self._process, self.declaration, self._limits = process, declaration, limits
         self._left = limits.episode
         doing = "supports, signal, weights_hash or trained_on"
         answer = process.ask(channel.Ask.about(scenario), channel.Answer, doing, limits.start)
         self.unsupported, self.weights_hash = answer.unsupported, answer.weights_hash
         self.trained_on = _parsed(TRAINED_ON.validate_json, answer.trained_on, doing, "trained_on")
         self.signal: Signal | None = None
-        if kind.rules == "signals" and self.unsupported is None:
+        if declaration.rules == "signals" and self.unsupported is None:
             self.signal = _parsed(
                 Signal.model_validate_json, answer.signal or "null", doing, "signal"
             )
@@ -152,8 +147,8 @@ class RemoteGuard:
         question = channel.Begin(seed, dict(junctions))
         self._process.ask(question, channel.Begun, "reset", self._limits.start)
 
-    def act(self, junction: str, state: TrafficState, rules: Decides[Decided]) -> Decided:
-        """What the rules make of the controller's commands for the next step."""
+    def act(self, junction: str, state: TrafficState, judge: Judge[Decided]) -> Decided:
+        """What the judge makes of the controller's commands for the next step."""
         doing = f"act at {state.time:g} s"
         question = channel.See(junction, state.time, state.vehicles, state.inside, state.phase)
         began = clock.perf_counter()
@@ -162,9 +157,8 @@ class RemoteGuard:
         if self._left < 0:
             reason = f"{doing}: its answers took more than {self._limits.episode:g} s together"
             raise ControllerFailedError(reason, "timed out")
-        commands = dict(map(command, answer.commands))
         try:
-            return rules.decide(state, commands)
+            return judge.decide(state, read(answer.commands))
         except Exception as error:
             raise raised(doing, error) from error
 
@@ -178,24 +172,3 @@ def _parsed(parse: Callable[[str], Parsed], text: str, doing: str, name: str) ->
     except ValidationError as error:
         reason = f"{doing}: malformed answer: {name}: {error.errors()[0]['msg']}"
         raise ControllerFailedError(reason) from error
-
-
-class NotACommand:
-    """Stands for what an isolated controller gave instead of a command."""
-
-
-def command(
-    written: channel.GoTo | channel.StopAt | channel.DriveBy | channel.PhaseOf | channel.Foreign,
-) -> tuple[str, Command]:
-    """A target and its command, as they were before they were written down."""
-    match written:
-        case channel.GoTo(target):
-            return target, Go()
-        case channel.StopAt(target):
-            return target, Stop()
-        case channel.DriveBy(target, acceleration, lane_change):
-            return target, Drive(acceleration, lane_change)  # type: ignore[arg-type]
-        case channel.PhaseOf(target, name):
-            return target, Phase(name)
-        case channel.Foreign(target):
-            return target, NotACommand()  # type: ignore[return-value]

@@ -8,7 +8,7 @@ from typing import Self
 
 from markupsafe import Markup
 
-from benchmark.pictures.replay.film import film
+from benchmark.pictures.replay import film
 from benchmark.pictures.replay.page import page
 from benchmark.pictures.replay.recorder import Recorder
 from benchmark.pictures.replay.trajectories import Trajectories
@@ -17,7 +17,7 @@ from benchmark.records.record import Record
 from benchmark.reports.site import replays
 from benchmark.study import action_log
 from benchmark.study.action_log import Key
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Audience, Episode, run
 from benchmark.study.rescoring import run_logged
 
 FRAME = Markup(
@@ -104,7 +104,7 @@ def recorded(episode: Episode) -> Trajectories:
         RightOfWayError: the scenario cannot be run.
     """
     recorder = Recorder()
-    record = run(episode, recorder=recorder)
+    record = run(episode, Audience(onlooker=recorder))
     if record.status != "ok":
         raise TrajectoryError(
             f"{record.controller} on {record.scenario}, seed {record.seed}: nothing to show, "
@@ -135,7 +135,7 @@ def run_recorded(episode: Episode, pages: Path, actions: Path | None = None) -> 
     """
     recorder = Recorder()
     if actions is None:
-        record = run(episode, recorder=recorder)
+        record = run(episode, Audience(onlooker=recorder))
     else:
         record = run_logged(episode, actions, recorder)
     if record.status == "ok":

@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, requires, version
 
-from benchmark.control import plugins, reference
+from benchmark.control import code, plugins, reference
 from benchmark.records import provenance
-from benchmark.study import identity
 
 Environment = dict[tuple[str, str], str]
 """Kind and name of a thing -> its version, hash or origin."""
@@ -73,7 +72,8 @@ def _version(distribution: str) -> str:
 
 
 def _code(package: str) -> str:
-    return identity.code(package)[:12] or MISSING
+    whole = code.of_benchmark() if package == "benchmark" else code.of_package(package)
+    return whole[:12] or MISSING
 
 
 def _controller(name: str) -> str:

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmark import __version__
-from benchmark.control import reference
+from benchmark.control import code, reference
 from benchmark.plumbing.errors import ClusterError, ControllerError
 from benchmark.records.record import Record
-from benchmark.study import identity, outcome
+from benchmark.study import outcome
 from benchmark.study.cluster import environment, worker
 from benchmark.study.cluster.environment import Environment
 from benchmark.study.cluster.stream import Stream
@@ -183,7 +183,7 @@ def _files(controllers: Iterable[str]) -> Luggage:
     found = {}
     for place in places:
         try:
-            near = identity.neighbours(Path(place).parent)
+            near = code.neighbours(Path(place).parent)
             files = {path.name: path.read_bytes() for path in near}
         except OSError as error:
             raise ControllerError(
