@@ -2,19 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from benchmark.control.state import STATIONARY, TrafficState, Vehicle
+from benchmark.plumbing.models import Table
 
 
-class Reward(BaseModel):
+class Reward(Table):
     """What an RV earns in a step; only the first part is published (paper, "Reward").
 
     The published part is the team's. The others tell an RV what it can change: the lanes of its own
     approach, whom it leads, and its own pace.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     waiting: float = Field(1.0, ge=0, description="cost of the sum of normalised waiting")
     longest_wait: float = Field(200.0, gt=0, description="waiting that counts as 1 [s]")

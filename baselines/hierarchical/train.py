@@ -24,7 +24,6 @@ from benchmark.learning.run import (
     Interrupts,
     Options,
     Start,
-    Table,
     TrainingTraffic,
     Validation,
     read_settings,
@@ -33,6 +32,7 @@ from benchmark.learning.run import (
 )
 from benchmark.learning.traffic import GRIDLOCK_AFTER
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.models import Table
 from benchmark.plumbing.processes import result_of, working
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario

@@ -23,13 +23,12 @@ from benchmark.learning.run import (
     Interrupts,
     Options,
     Reference,
-    Share,
-    Table,
     bar,
     read_settings,
 )
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.messages import nearest
+from benchmark.plumbing.models import Share, Table
 from benchmark.plumbing.processes import working
 from benchmark.records.record import Record
 from benchmark.scenario import catalogue

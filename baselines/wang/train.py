@@ -24,7 +24,6 @@ from benchmark.learning.run import (
     Folder,
     Interrupts,
     Options,
-    Table,
     TrainingTraffic,
     Validation,
     read_settings,
@@ -34,6 +33,7 @@ from benchmark.learning.run import (
 from benchmark.learning.traffic import Reward
 from benchmark.learning.weights import Arrays
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.models import Table
 from benchmark.plumbing.processes import result_of
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario

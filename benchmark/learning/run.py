@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
+from pydantic import BaseModel, Field, PositiveFloat, ValidationError
 
 import benchmark
 from benchmark.control.training import FIRST_TRAINING_SEED as FIRST_TRAINING_SEED
@@ -23,6 +23,7 @@ from benchmark.learning.traffic import GRIDLOCK_AFTER
 from benchmark.plumbing import interrupts
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.messages import explain
+from benchmark.plumbing.models import Share, Table
 from benchmark.scenario.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -39,7 +40,6 @@ PACKAGES = (
     "optuna",
 )
 
-Share = Annotated[float, Field(ge=0, le=1)]
 Reference = Annotated[str, Field(min_length=1)]
 
 Settings = TypeVar("Settings", bound=BaseModel)
@@ -62,12 +62,6 @@ class Options:
 
 Trainer = Callable[[Options], None]
 """What the entry-point group ``rightofway.trainers`` holds."""
-
-
-class Table(BaseModel):
-    """A table of settings: frozen, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class TrainingTraffic(Table):
@@ -123,7 +117,7 @@ def read_settings(
         if value is not None:
             _put(document, place, value)
     try:
-        return kind.model_validate(document)
+        return kind.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
         raise UsageError(explain(error, kind, path.name)) from error
 

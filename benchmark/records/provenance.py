@@ -14,8 +14,8 @@ from pydantic import BaseModel, Field, PositiveInt, ValidationError
 from benchmark.plumbing import toml_file
 from benchmark.plumbing.errors import StoreError
 from benchmark.plumbing.messages import explain
+from benchmark.plumbing.models import Table
 from benchmark.records.record import Versions
-from benchmark.scenario.layout import Table
 
 SCHEMA = 1
 

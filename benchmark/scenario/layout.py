@@ -4,29 +4,16 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    PositiveFloat,
-    PositiveInt,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
+
+from benchmark.plumbing.models import Share, Table
 
 TURNS = ("R", "C", "L")  # from the kerb to the centre line
 LETTERS = {"northbound": "N", "eastbound": "E", "southbound": "S", "westbound": "W"}
 COMPASS = tuple(LETTERS)  # clockwise
 LARGEST_COUNT = 10_000  # veh/h
 
-Share = Annotated[float, Field(ge=0, le=1)]
 MovementName = Annotated[str, Field(pattern=r"^[NESW]-[LCR]$", examples=["E-L"])]
-
-
-class Table(BaseModel):
-    """A TOML table: frozen, strictly typed, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 class Evaluation(Table):

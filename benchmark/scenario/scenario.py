@@ -21,6 +21,7 @@ from pydantic import (
 from benchmark.plumbing import toml_file
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.plumbing.messages import explain
+from benchmark.plumbing.models import Table
 from benchmark.scenario.layout import (
     COMPASS,
     LARGEST_COUNT,
@@ -32,7 +33,6 @@ from benchmark.scenario.layout import (
     Evaluation,
     Intersection,
     Signal,
-    Table,
     VehicleClass,
 )
 

@@ -13,8 +13,8 @@ from benchmark.control.isolation.remote import look
 from benchmark.plumbing import toml_file
 from benchmark.plumbing.errors import ControllerError, RightOfWayError, SuiteError, UsageError
 from benchmark.plumbing.messages import explain
+from benchmark.plumbing.models import Share, Table
 from benchmark.scenario import catalogue
-from benchmark.scenario.layout import Share, Table
 from benchmark.scenario.scenario import Scenario
 
 OWN_KEYS = frozenset({"controllers", "scenarios"})  # by which a suite is told from a scenario

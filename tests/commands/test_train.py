@@ -18,8 +18,9 @@ from safetensors.numpy import load_file
 
 from baselines.wang.policy import Greedy
 from benchmark.learning.rollout import Rollout, play
-from benchmark.learning.run import Folder, Options, Table
+from benchmark.learning.run import Folder, Options
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.models import Table
 from benchmark.records.statistics import estimates
 
 COMMAND = str(Path(sys.executable).parent / "rightofway")

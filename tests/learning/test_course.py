@@ -11,9 +11,10 @@ from stable_baselines3 import PPO
 
 from baselines.hierarchical.ppo import SpacesOnly
 from benchmark.learning.course import Course
-from benchmark.learning.run import Folder, Options, Table, Validation
+from benchmark.learning.run import Folder, Options, Validation
 from benchmark.learning.weights import Arrays, load
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.models import Table
 
 VALIDATION = Validation(rounds=2, gridlock=300.0)
 STEPS = 1000

@@ -6,25 +6,20 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from benchmark.control.training import Training
 from benchmark.plumbing import confined, toml_file
 from benchmark.plumbing.errors import BundleError
 from benchmark.plumbing.messages import explain
+from benchmark.plumbing.models import Table
 from benchmark.records.record import Versions
 
 NAME = "manifest.toml"
-FORMAT = 1
+FORMAT: Literal[1] = 1
 
 Line = Annotated[str, Field(min_length=1, max_length=2000)]
 Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-
-
-class Table(BaseModel):
-    """Part of a manifest: frozen, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Code(Table):
