@@ -14,7 +14,8 @@ from xml.etree import ElementTree as Xml
 
 import pytest
 import tomli_w
-from factories.comparisons import BASE, MADE, runs, scaled
+from factories.comparisons import BASE, MADE, scaled
+from factories.records import runs
 from factories.scenarios import SCENARIOS, smoke
 from plugins import install
 

@@ -1,9 +1,4 @@
-"""Controllers are found by reference: installed, in files, in modules, with options."""
-
-import hashlib
-import re
-import sys
-from pathlib import Path
+"""Controllers that are installed, and their options."""
 
 import pytest
 from factories.scenarios import smoke
@@ -12,7 +7,7 @@ from baselines.virtual_signal import VirtualSignal
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
 from benchmark.study.episode import Episode, run
-from benchmark.study.episodes import episodes, run_all
+from benchmark.study.episodes import all_episodes
 
 
 class Several(VirtualSignal):
@@ -76,7 +71,7 @@ def test_an_option_that_makes_no_sense_is_refused(
 
 
 def test_options_change_what_the_controller_does_and_stand_in_its_record() -> None:
-    (episode,) = episodes([smoke("tee")], ["virtual-signal?clearance=30"], [0.5], [1])
+    (episode,) = all_episodes([smoke("tee")], ["virtual-signal?clearance=30"], [0.5], [1])
     found = run(episode)
     plain = run(Episode(smoke("tee"), "virtual-signal", 0.5, 1))
     assert (found.controller, found.status) == ("virtual-signal?clearance=30", "ok")
@@ -86,7 +81,7 @@ def test_options_change_what_the_controller_does_and_stand_in_its_record() -> No
 
 def test_one_controller_in_two_spellings_is_one() -> None:
     names = ["virtual-signal?green=40&clearance=3", "virtual-signal?clearance=3.0&green=40"]
-    assert len(episodes([smoke("crossing")], names, [0.5], [1])) == 1
+    assert len(all_episodes([smoke("crossing")], names, [0.5], [1])) == 1
 
 
 def test_names_that_mean_something_to_pydantic_are_options_like_others(
@@ -102,154 +97,3 @@ def test_names_that_mean_something_to_pydantic_are_options_like_others(
     assert vars(made.new())["given"] == (3, "a&b", True)
     with pytest.raises(ControllerError, match=r'^"it": schema: this key is required$'):
         plugins.find("it")
-
-
-# --- files and modules -----------------------------------------------------------------------
-
-MINE = """from dataclasses import dataclass
-
-from baselines.virtual_signal import VirtualSignal
-
-count = 0
-
-
-class Mine(VirtualSignal):
-    \"\"\"Mine.\"\"\"
-
-
-@dataclass
-class Unfinished:
-    word: "str" = ""
-
-
-class Outer:
-    class Inner(Mine):
-        \"\"\"Inside.\"\"\"
-"""
-
-
-@pytest.fixture
-def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder holds a controller of one's own."""
-    monkeypatch.chdir(tmp_path)
-    path = tmp_path / "mine.py"
-    path.write_text(MINE)
-    return path
-
-
-def test_a_class_in_a_file_is_found_from_any_folder_and_labelled_without_one(
-    mine: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = plugins.find("mine.py:Mine?green=30.0")
-    assert found.reference == f"{mine}:Mine?green=30"
-    assert (found.label, found.kind.__name__) == ("mine.py:Mine?green=30", "Mine")
-    monkeypatch.chdir("/")
-    assert plugins.find(found.reference) == found
-    assert plugins.find("mine.py:Mine?green=30", folder=mine.parent) == found
-    assert plugins.find(f"{mine}:Outer.Inner").kind.__name__ == "Inner"
-
-
-def test_a_file_is_run_once_and_its_module_stands_in_nobodys_way(mine: Path) -> None:
-    mine.write_text(MINE + "\nimport builtins\nbuiltins.runs = getattr(builtins, 'runs', 0) + 1\n")
-    known = set(sys.modules)
-    kinds = {plugins.find("mine.py:Mine").kind for _ in range(3)}
-    link = mine.with_name("link.py")
-    link.symlink_to(mine)
-    kinds.add(plugins.find("link.py:Mine").kind)
-    assert (len(kinds), vars(sys.modules["builtins"]).pop("runs")) == (1, 1)
-    (name,) = set(sys.modules) - known
-    assert not name.isidentifier()
-    assert sys.modules[name].__name__ == kinds.pop().__module__ == name
-    assert not list(mine.parent.rglob("*.pyc"))
-
-
-def test_a_record_names_the_file_and_its_hash_whoever_runs_it(mine: Path) -> None:
-    (episode,) = episodes([smoke("tee")], ["mine.py:Mine"], [0.5], [1])
-    here, (worker,) = run(episode), run_all([episode], workers=1)
-    plain = run(Episode(smoke("tee"), "virtual-signal", 0.5, 1))
-    digest = hashlib.sha256(mine.read_bytes()).hexdigest()
-    for record in (here, worker):
-        assert (record.controller, record.status) == ("mine.py:Mine", "ok")
-        assert record.controller_from == f"mine.py sha256:{digest}"
-        assert record.junctions == plain.junctions
-        assert str(mine.parent) not in record.line()
-
-
-def test_two_files_whose_records_could_not_be_told_apart_are_refused(mine: Path) -> None:
-    other = mine.parent / "b" / "mine.py"
-    other.parent.mkdir()
-    other.write_text(MINE)
-    with pytest.raises(ControllerError, match=r"b/mine.py:Mine would both be mine.py:Mine in rec"):
-        episodes([smoke("tee")], ["mine.py:Mine", "b/mine.py:Mine"], [0.5], [1])
-    names = ["mine.py:Mine", "b/mine.py:Mine?green=3", "./mine.py:Mine"]
-    assert len(episodes([smoke("tee")], names, [0.5], [1])) == 2
-
-
-BROKEN = {
-    "syntax.py": "class Mine(:\n    pass\n",
-    "name.py": "import os\n\nx = undefined\n",
-    "exits.py": "import sys\nsys.exit('no SUMO_HOME')\n",
-    "helper.py": "",
-    "several.py": "\nfrom helper import thing\n",
-    "lacks.py": "import not_installed_anywhere\n",
-    "deep.py": "def f():\n    raise OSError('deep')\n\nf()\n",
-    "abstract.py": (
-        "from benchmark.control.controller import Controller\nclass Mine(Controller): ...\n"
-    ),
-}
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("mine.py:Mime", 'mine.py has no Mime; did you mean "Mine"?'),
-        (
-            "mine.py:Unfinished",
-            '"mine.py:Unfinished" is not a benchmark.control.controller.Controller',
-        ),
-        ("mine.py:count", '"mine.py:count" is not a benchmark.control.controller.Controller'),
-        ("absent.py:Mine", "absent.py: cannot read the controller: No such file or directory"),
-        ("syntax.py:Mine", "SyntaxError: invalid syntax (syntax.py:1)"),
-        ("name.py:Mine", "NameError: name 'undefined' is not defined (name.py:3)"),
-        ("exits.py:Mine", "SystemExit: no SUMO_HOME (exits.py:2)"),
-        ("deep.py:Mine", "OSError: deep (deep.py:2)"),
-        (
-            "several.py:Mine",
-            "No module named 'helper' (several.py:2); a controller given as a file",
-        ),
-        ("lacks.py:Mine", "No module named 'not_installed_anywhere' (lacks.py:1)"),
-        ("abstract.py:Mine", '"abstract.py:Mine" lacks act and reset'),
-        (
-            "not_there.at_all:Mine",
-            "cannot be imported: ModuleNotFoundError: No module named 'not_t",
-        ),
-        ("baselines.virtual_signal:VirtalSignal", 'did you mean "VirtualSignal"?'),
-        ("virtual-sgnal", 'unknown controller "virtual-sgnal"; did you mean "virtual-signal"?'),
-    ],
-)
-def test_what_cannot_be_had_is_one_message_with_its_line(
-    mine: Path, name: str, message: str
-) -> None:
-    for file, text in BROKEN.items():
-        (mine.parent / file).write_text(text)
-    known = set(sys.modules)
-    with pytest.raises(ControllerError, match=re.escape(message)) as caught:
-        plugins.find(name)
-    assert "\n" not in str(caught.value)
-    if "cannot be imported" in str(caught.value):
-        assert not {one for one in set(sys.modules) - known if one.startswith("<")}
-
-
-def test_a_dotted_name_leads_to_a_class_of_an_installed_module(
-    mine: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = plugins.find("baselines.virtual_signal:VirtualSignal?green=5")
-    assert (found.kind, found.label) == (VirtualSignal, found.reference)
-    monkeypatch.syspath_prepend(mine.parent)
-    digest = hashlib.sha256(mine.read_bytes()).hexdigest()
-    try:
-        assert plugins.find("mine:Mine").kind.__module__ == "mine"
-        assert plugins.provenance("mine:Mine") == f"mine.py sha256:{digest}"
-    finally:
-        del sys.modules["mine"]
-    assert plugins.provenance("pydantic.main:BaseModel").startswith("pydantic 2.")

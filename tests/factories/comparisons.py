@@ -1,6 +1,5 @@
 """A reference, and records that compare with it as a test wants."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +8,11 @@ from benchmark.records.measures import COLUMNS, Column
 from benchmark.records.provenance import Git, Provenance
 from benchmark.records.record import Record
 from benchmark.records.regression import Comparison, compare
-from factories.records import record
 
 KEYS = {column.key: column for column in COLUMNS}
 WAITING, THROUGHPUT = KEYS["average_waiting_time"], KEYS["throughput"]
 BASE = (20.0, 22.0, 18.0, 25.0, 19.0, 21.0, 23.0, 20.5)  # s, by seed
 LIMIT = 0.05
-
-
-def runs(waits: Sequence[float], **facts: Any) -> list[Record]:
-    """Episodes with seeds from 1."""
-    return [record(seed=seed, waiting=wait, **facts) for seed, wait in enumerate(waits, 1)]
 
 
 def scaled(factor: float) -> list[float]:

@@ -17,6 +17,8 @@ from benchmark.study.episode import Episode, run
 from factories.scenarios import shipped, smoke
 
 GOOD = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(1, 5)]
+CROSSING = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
+WITH_LIGHTS = dataclasses.replace(CROSSING, controller="traffic-light", rate=None)
 
 
 def lines(records: Iterable[Record]) -> dict[str, str]:

@@ -2,10 +2,14 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+DASK_WORKER = "from distributed.cli.dask_worker import main; main()"
 PATIENCE = 60.0  # s for what takes a second where nothing else runs
 
 
@@ -24,3 +28,20 @@ def pid_in(marker: Path) -> int:
     """The process that has come to this marker, and stays there."""
     wait_for(lambda: marker.exists() and bool(marker.read_text()))
     return int(marker.read_text())
+
+
+@contextmanager
+def worker_of(address: str, *first: Path, script: str = DASK_WORKER) -> Iterator[None]:
+    """A worker's process with folders first on its path, as long as the context."""
+    path = os.pathsep.join(map(str, [*first, *sys.path]))
+    options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", script, address, *options],
+        env={**os.environ, "PYTHONPATH": path},
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()

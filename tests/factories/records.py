@@ -2,14 +2,14 @@
 
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from hypothesis import strategies as st
 from pydantic import BaseModel
 
-from benchmark.records.record import JunctionMetrics, Record, TripMetrics, Versions
+from benchmark.records.record import JunctionMetrics, Record, TripMetrics, Versions, Waiting
 from benchmark.records.store import Store
 
 VERSIONS = Versions(rightofway="0.1.0", sumo="1.28.0", python="3.11.7")
@@ -72,6 +72,11 @@ def unlucky(controller: str = "c", seed: int = 1, status: str = "failed", **fact
     return made.model_copy(update={"junctions": {}, "trips": None})
 
 
+def runs(waits: Sequence[float], **facts: Any) -> list[Record]:
+    """Episodes with seeds from 1."""
+    return [record(seed=seed, waiting=wait, **facts) for seed, wait in enumerate(waits, 1)]
+
+
 def filled(folder: Path, *records: Record) -> Path:
     """A store with these records, which share a scenario; returns their file."""
     store = Store(folder)
@@ -107,3 +112,27 @@ def anything(annotation: Any) -> st.SearchStrategy[Any]:
                 str: st.text(max_size=9),
                 type(None): st.none(),
             }[other]
+
+
+SEEDS = range(1, 8)
+
+
+def study(**waits: Sequence[float]) -> list[Record]:
+    """Records of controllers by their waiting at 10, 20, ... %; the signal waits 20 s."""
+    found = [record("traffic-light", seed, 20.0 + 0.1 * seed, rate=None) for seed in SEEDS]
+    for name, means in waits.items():
+        for index, mean in enumerate(means, start=1):
+            found += [
+                record(
+                    name,
+                    seed,
+                    mean + 0.1 * seed,
+                    rate=index / 10,
+                    unregulated_lane_curve=(1.0, 0.5),
+                    waiting_by_movement={
+                        "N-C": Waiting(mean=mean, p95=mean, maximum=mean, vehicles=3)
+                    },
+                )
+                for seed in SEEDS
+            ]
+    return found

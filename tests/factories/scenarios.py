@@ -6,7 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmark.scenario.scenario import COMPASS, Scenario, load, parse
+from benchmark.scenario.layout import COMPASS
+from benchmark.scenario.scenario import Scenario, load, parse
 from benchmark.sumo import network
 from benchmark.sumo.network import Network
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmark.control.intersection import Intersection, Lane, Movement, Way
 from benchmark.control.state import Body, Crossing, TrafficState, Vehicle
-from benchmark.scenario.scenario import LETTERS
+from benchmark.scenario.layout import LETTERS
 
 CONFLICT_FREE = frozenset(
     frozenset(pair.split())

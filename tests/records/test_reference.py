@@ -1,6 +1,5 @@
 """A reference: written whole or not at all, read only if whole, and ours equals what code gives."""
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,16 +9,15 @@ from factories.comparisons import MADE, written
 from factories.records import record
 
 from benchmark.plumbing.errors import StoreError, UsageError
-from benchmark.plumbing.git_state import git_state
 from benchmark.records import provenance, reference
 from benchmark.records.record import Record
 from benchmark.records.statistics import ENOUGH
 from benchmark.records.store import Store
 from benchmark.scenario import catalogue
 from benchmark.study import episode
-from benchmark.study import suite as suite_file
 from benchmark.study.episode import Episode
-from benchmark.study.episodes import episodes
+from benchmark.study.episodes import episodes_of
+from benchmark.study.suite import load_suite, shipped_suites
 
 SHIPPED = Path(__file__).parents[2] / "results" / "reference"
 REMEDY = "regenerate with `make reference`"
@@ -35,9 +33,6 @@ def some(count: int = 3, **facts: Any) -> list[Record]:
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
-# --- in and out ------------------------------------------------------------------------------
 
 
 def test_a_reference_comes_back_with_its_provenance(tmp_path: Path) -> None:
@@ -104,9 +99,6 @@ def test_a_reference_that_is_not_as_it_was_made_is_refused(
         reference.read(folder, refuse)
 
 
-# --- replaced or left ------------------------------------------------------------------------
-
-
 def test_a_new_reference_replaces_the_old_one_and_leaves_nothing_else(tmp_path: Path) -> None:
     folder = written(tmp_path / "ref", [*some(), *some(scenario="test/gone")])
     reference.check_target(folder)
@@ -158,80 +150,17 @@ def test_a_folder_that_holds_other_things_is_no_target(tmp_path: Path) -> None:
     reference.check_target(tmp_path / "new" / "ref")
 
 
-# --- provenance ------------------------------------------------------------------------------
-
-
-def test_provenance_comes_back_from_its_file(tmp_path: Path) -> None:
-    for made in (MADE, MADE.model_copy(update={"git": None})):
-        (tmp_path / "reference.toml").write_text(made.as_toml(), encoding="utf-8")
-        assert provenance.read(tmp_path / "reference.toml") == made
-
-
-def git(folder: Path, *arguments: str) -> str:
-    identity = ("-c", "user.name=Test", "-c", "user.email=test@example.org")
-    return subprocess.run(
-        ["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, text=True
-    ).stdout.strip()
-
-
-def test_the_state_of_a_repository_is_its_commit_and_what_is_not_committed(tmp_path: Path) -> None:
-    ref = tmp_path / "results" / "ref [1]"
-    assert git_state(tmp_path, besides=ref) is None
-    git(tmp_path, "init", "-q")
-    (tmp_path / "a file").write_text("one\n" * 9)
-    (tmp_path / "gone").touch()
-    state = git_state(tmp_path, besides=ref)
-    assert state is not None
-    assert (state.commit, set(state.uncommitted)) == (None, {"a file", "gone"})
-    git(tmp_path, "add", "-A")
-    git(tmp_path, "commit", "-qm", "x")
-    ref.mkdir(parents=True)
-    (ref / "reference.toml").touch()  # its own changes do not count
-    state = git_state(ref.parent, besides=ref)
-    assert state is not None
-    assert (state.commit, state.uncommitted) == (git(tmp_path, "rev-parse", "HEAD"), ())
-    git(tmp_path, "mv", "a file", "moved ü")
-    (tmp_path / "gone").unlink()
-    (tmp_path / "new").touch()
-    state = git_state(ref.parent, besides=ref)
-    assert state is not None
-    assert set(state.uncommitted) == {"moved ü", "gone", "new"}
-    assert git_state(tmp_path, besides=Path("/elsewhere")) is not None
-
-
-def test_without_the_program_git_there_is_no_state(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert git_state(Path.cwd(), besides=tmp_path) is None
-
-
-def test_what_git_refuses_is_told(tmp_path: Path) -> None:
-    git(tmp_path, "init", "-q")
-    (tmp_path / ".git" / "config").write_text("[core\n")
-    with pytest.raises(UsageError, match=r"git rev-parse: .*config.*--allow-dirty"):
-        git_state(tmp_path, besides=tmp_path / "ref")
-
-
-# --- ours ------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def shipped() -> reference.Reference:
     return reference.read(SHIPPED, refuse)
 
 
 def test_ours_holds_every_episode_of_its_suite(shipped: reference.Reference) -> None:
-    suite = suite_file.load(suite_file.shipped()["regression"])
+    suite = load_suite(shipped_suites()["regression"])
     assert shipped.provenance is not None
     assert shipped.provenance.suite_hash == provenance.hash_of(suite), REMEDY
     assert (suite.seeds or 0) >= ENOUGH  # or nothing could be proven
-    wanted = episodes(
-        suite.load_scenarios(),
-        suite.checked_controllers(),
-        suite.rates,
-        range(1, (suite.seeds or 0) + 1),
-    )
+    wanted = episodes_of(suite)
     assert {one.episode for one in shipped.records} == {
         (one.scenario.name, one.scenario.hash, one.controller, one.rate, one.seed) for one in wanted
     }, REMEDY

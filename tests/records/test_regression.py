@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-from factories.comparisons import BASE, KEYS, LIMIT, THROUGHPUT, WAITING, compared, runs, scaled
-from factories.records import junction, record, unlucky
+from factories.comparisons import BASE, KEYS, LIMIT, THROUGHPUT, WAITING, compared, scaled
+from factories.records import junction, record, runs, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -1,48 +1,23 @@
-"""The figures of a results folder: what they show, the same bytes each time, and bad input."""
+"""The figures of a results folder: what they show."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from factories.records import filled, record, unlucky
+from factories.records import record, study, unlucky
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
-from benchmark.commands.app import app
-from benchmark.plumbing.errors import RightOfWayError
 from benchmark.records import table
-from benchmark.records.record import Record, Waiting
+from benchmark.records.record import Record
 from benchmark.records.store import Store
 from benchmark.reports.plots import comparison, gallery, style, traffic, training, waiting
 from benchmark.reports.plots.data import Data, Wish
 
 ROOT = Path(__file__).parents[2]
-SEEDS = range(1, 8)
-
-
-def study(**waits: Sequence[float]) -> list[Record]:
-    """Records of controllers by their waiting at 10, 20, ... %; the signal waits 20 s."""
-    found = [record("traffic-light", seed, 20.0 + 0.1 * seed, rate=None) for seed in SEEDS]
-    for name, means in waits.items():
-        for index, mean in enumerate(means, start=1):
-            found += [
-                record(
-                    name,
-                    seed,
-                    mean + 0.1 * seed,
-                    rate=index / 10,
-                    unregulated_lane_curve=(1.0, 0.5),
-                    waiting_by_movement={
-                        "N-C": Waiting(mean=mean, p95=mean, maximum=mean, vehicles=3)
-                    },
-                )
-                for seed in SEEDS
-            ]
-    return found
 
 
 def data(records: Iterable[Record], **wish: Any) -> Data:
@@ -50,9 +25,6 @@ def data(records: Iterable[Record], **wish: Any) -> Data:
     return Data(
         table.of(held), lambda names: (r for r in held if r.scenario in names), Wish(**wish)
     )
-
-
-# --- what they show ---------------------------------------------------------------------------
 
 
 def test_boxes_hold_the_seeds_of_each_controller_and_lines_the_signals() -> None:
@@ -178,9 +150,6 @@ def test_a_few_controllers_are_chosen_where_none_are_asked_for() -> None:
     assert data(options).controllers == ["x?a=1", "x?a=2"]
 
 
-# --- logs -------------------------------------------------------------------------------------
-
-
 def test_curves_are_found_by_run_and_holes_are_left_out(tmp_path: Path) -> None:
     for name, text in (("one", "rollout/waiting,other\n5,\n,1\n3,2\n"), ("two", "x\n1\n")):
         (tmp_path / name / "logs").mkdir(parents=True)
@@ -192,77 +161,6 @@ def test_curves_are_found_by_run_and_holes_are_left_out(tmp_path: Path) -> None:
     (line,) = figure.axes[0].lines
     assert (list(line.get_xdata()), list(line.get_ydata())) == ([1, 3], [5.0, 3.0])
     assert training.curves({"two": found["two"]}) is None
-
-
-# --- the command ------------------------------------------------------------------------------
-
-
-Call = Callable[..., Any]
-
-
-@pytest.fixture
-def call(tmp_path: Path) -> Call:
-    filled(tmp_path, *study(a=[30.0, 10.0], b=[5.0, 2.0]))
-
-    def invoke(*arguments: str) -> Any:
-        given = ["figures", "--records", str(tmp_path), *arguments]
-        return CliRunner().invoke(app, given)
-
-    return invoke
-
-
-@pytest.mark.parametrize("form", style.FORMATS)
-def test_the_same_records_give_the_same_bytes(call: Call, tmp_path: Path, form: str) -> None:
-    names = ("waiting", "crossover")
-    chosen = [part for name in names for part in ("--only", name)]
-    for folder in ("one", "two"):
-        done = call("--format", form, "--out", str(tmp_path / folder), *chosen)
-        assert done.exit_code == 0, done.output
-    for name in names:
-        one, two = (tmp_path / folder / f"{name}.{form}" for folder in ("one", "two"))
-        assert one.read_bytes() == two.read_bytes()
-    assert not (tmp_path / "one" / gallery.PAGE).exists()  # some figures alone make no page
-
-
-def test_the_page_shows_every_figure_with_its_caption(call: Call, tmp_path: Path) -> None:
-    done = call("--at", "0.2")
-    assert done.exit_code == 0, done.output
-    assert "training: nothing to draw; give the folders" in done.output
-    page = (tmp_path / "figures" / gallery.PAGE).read_text()
-    for kind in gallery.KINDS[:-1]:
-        assert f"]({kind.name}.png)" in page
-        assert (tmp_path / "figures" / f"{kind.name}.png").stat().st_size > 5000
-    assert "At 20 % RVs." in page
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--format", "gif"], '--format "gif": expected png, svg, pdf'),
-        (["--only", "wating"], '--only "wating": no such figure; did you mean "waiting"?'),
-        (["--scenario", "b"], '--scenario "b": no records; known: test/a'),
-        (["--controller", "aa"], '--controller "aa": no records; did you mean "a"?'),
-        (["--training", "nowhere"], "nowhere: no logs of a training run (logs/progress.csv)"),
-        (["--only", "training"], "nothing to draw"),
-        (["--records", "nowhere"], "nowhere/records: no records here"),
-    ],
-)
-def test_bad_input_gets_one_message(call: Call, arguments: list[str], words: str) -> None:
-    done = call(*arguments)
-    assert isinstance(done.exception, RightOfWayError)
-    assert words in str(done.exception)
-
-
-def test_a_log_that_is_none_and_a_folder_that_is_a_file_are_named(
-    call: Call, tmp_path: Path
-) -> None:
-    (tmp_path / "run" / "logs").mkdir(parents=True)
-    (tmp_path / "run" / "logs" / "progress.csv").write_text("rollout/waiting\nmuch\n")
-    done = call("--training", str(tmp_path / "run"))
-    assert "progress.csv: not a log of a training run" in str(done.exception)
-    (tmp_path / "file").write_text("")
-    done = call("--out", str(tmp_path / "file" / "below"))
-    assert "cannot write" in str(done.exception)
 
 
 def test_the_committed_page_has_all_its_figures() -> None:

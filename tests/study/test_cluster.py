@@ -175,9 +175,6 @@ class Assassin(Controller):
 """
 
 
-# --- stopping -----------------------------------------------------------------------------------
-
-
 def test_to_drain_ends_with_the_episodes_under_way(dask: LocalCluster, tmp_path: Path) -> None:
     first, second = (
         Episode(smoke("crossing"), f"hangs-once?marker={tmp_path / name}", 0.5, 1)
@@ -228,7 +225,7 @@ def test_a_command_that_is_killed_leaves_nothing_running_on_the_workers(
     process.wait(PATIENCE)
 
 
-# --- the stream of calls ------------------------------------------------------------------------
+STUDY = ["--controller", "virtual-signal", "--controller", "traffic-light", "--seeds", "20"]
 
 
 def test_no_more_calls_are_under_way_than_there_is_room_for_and_each_ends_once(
@@ -252,11 +249,6 @@ def test_no_more_calls_are_under_way_than_there_is_room_for_and_each_ends_once(
             assert result == divmod(100, item)
         else:
             assert isinstance(result, ZeroDivisionError)
-
-
-# --- the command --------------------------------------------------------------------------------
-
-STUDY = ["--controller", "virtual-signal", "--controller", "traffic-light", "--seeds", "20"]
 
 
 def test_ctrl_c_on_a_cluster_of_this_machine_finishes_what_runs_and_the_suite_goes_on_without_it(
@@ -286,9 +278,6 @@ def test_ctrl_c_on_a_cluster_of_this_machine_finishes_what_runs_and_the_suite_go
 
 def records_in(folder: Path) -> list[Record]:
     return Store(folder).read()
-
-
-# --- helpers ------------------------------------------------------------------------------------
 
 
 def dask_workers(cluster: LocalCluster) -> set[int]:

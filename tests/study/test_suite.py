@@ -1,53 +1,22 @@
-"""Declared suites: found by name or path, validated, and run with what the command line adds."""
+"""Declared suites: found by name or path, and validated."""
 
-import json
-import os
 import shutil
-import subprocess
-import sys
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
-import tomli_w
 from factories.scenarios import PAPER, SCENARIOS, SHIPPED, SMOKE
+from factories.suites import SMALL, written
 
 from benchmark.plumbing.errors import ScenarioError, SuiteError, UsageError
 from benchmark.scenario import catalogue
-from benchmark.study import suite as suite_file
-
-SMALL: Mapping[str, Any] = {
-    "scenarios": ["smoke/crossing"],
-    "controllers": ["traffic-light", "virtual-signal?green=5"],
-    "rates": [0.4, 0.6],
-    "seeds": 2,
-}
+from benchmark.study.suite import Suite, find_suite, shipped_suites
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The current folder, empty."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def written(path: Path, **changes: object) -> Path:
-    """A small suite with changes; None leaves a key out."""
-    document = {key: value for key, value in {**SMALL, **changes}.items() if value is not None}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(tomli_w.dumps(document))
-    return path
-
-
-def found(*references: str | Path) -> suite_file.Suite:
-    suite = suite_file.find([str(one) for one in references])
+def found(*references: str | Path) -> Suite:
+    suite = find_suite([str(one) for one in references])
     assert suite is not None
     return suite
-
-
-# --- found -----------------------------------------------------------------------------------
 
 
 def test_the_shipped_suite_asks_for_the_papers_intersections_rates_and_baselines() -> None:
@@ -74,21 +43,21 @@ def test_the_suite_full_asks_for_everything_that_ships() -> None:
 
 
 def test_shipped_suites_are_no_scenarios() -> None:
-    assert not {*suite_file.shipped()} & {*catalogue.shipped()}
+    assert not {*shipped_suites()} & {*catalogue.shipped()}
     with pytest.raises(ScenarioError, match="unknown scenario"):
         catalogue.find(["paper"])
 
 
 def test_a_suite_is_told_from_a_scenario_by_its_keys(here: Path) -> None:
     assert found(written(here / "mine.toml")).controllers == tuple(SMALL["controllers"])
-    assert suite_file.find([str(SCENARIOS / "smoke" / "tee.toml")]) is None
-    assert suite_file.find(["smoke/tee", "colorado-springs", "missing.toml", "x" * 300]) is None
-    assert suite_file.find([]) is None
+    assert find_suite([str(SCENARIOS / "smoke" / "tee.toml")]) is None
+    assert find_suite(["smoke/tee", "colorado-springs", "missing.toml", "x" * 300]) is None
+    assert find_suite([]) is None
 
 
 def test_a_file_that_is_not_toml_is_left_to_who_reads_scenarios(here: Path) -> None:
     (here / "mine.toml").write_text("controllers = = []")
-    assert suite_file.find(["mine.toml"]) is None
+    assert find_suite(["mine.toml"]) is None
 
 
 def test_a_folder_of_the_users_scenarios_comes_before_a_suite_unless_it_holds_none(
@@ -97,18 +66,18 @@ def test_a_folder_of_the_users_scenarios_comes_before_a_suite_unless_it_holds_no
     (here / "paper").mkdir()
     assert found("paper").seeds == 20
     shutil.copy(SCENARIOS / "smoke" / "tee.toml", here / "paper")
-    assert suite_file.find(["paper"]) is None
+    assert find_suite(["paper"]) is None
 
 
 @pytest.mark.parametrize("others", [["paper", "334"], ["334", "paper"], ["paper", "paper"]])
 def test_a_suite_stands_alone(others: list[str]) -> None:
     with pytest.raises(UsageError, match=r'"paper" is a suite .* give it alone'):
-        suite_file.find(others)
+        find_suite(others)
 
 
 def test_an_unknown_name_suggests_the_nearest_suite() -> None:
     with pytest.raises(ScenarioError, match='did you mean "paper"'):
-        catalogue.find(["papr"], also=suite_file.shipped())
+        catalogue.find(["papr"], also=shipped_suites())
 
 
 def test_scenarios_beside_the_suite_come_before_shipped_ones(here: Path) -> None:
@@ -119,9 +88,6 @@ def test_scenarios_beside_the_suite_come_before_shipped_ones(here: Path) -> None
         shutil.copy(SCENARIOS / "smoke" / f"{Path(name).stem}.toml", folder / f"{name}.toml")
     names = [one.name for one in found(suite).load_scenarios()]
     assert names == ["study/tee", "own/crossing", "smoke/tee", "study/tee@300"]
-
-
-# --- validated -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -185,68 +151,3 @@ def test_controllers_are_tables_and_files_beside_the_suite_as_well(here: Path) -
         f"{mine}:Mine",
         f"{mine}:Mine?green=9",
     ]
-
-
-# --- run -------------------------------------------------------------------------------------
-
-
-def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    program = Path(sys.executable).parent / "rightofway"
-    whole = [program, "run", *arguments]
-    return subprocess.run(
-        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=60
-    )
-
-
-def episodes(folder: Path) -> set[tuple[str, str, float | None, int]]:
-    lines = [
-        json.loads(line)
-        for file in (folder / "out" / "records").glob("*.jsonl")
-        for line in file.read_text().splitlines()
-    ]
-    return {(one["scenario"], one["controller"], one["rate"], one["seed"]) for one in lines}
-
-
-def test_a_suite_runs_what_its_file_says(here: Path) -> None:
-    written(here / "mine.toml")
-    done = run(here, "mine.toml")
-    assert done.returncode == 0, done.stderr
-    assert episodes(here) == {
-        ("smoke/crossing", controller, rate, seed)
-        for controller, rates in (("traffic-light", [None]), ("virtual-signal?green=5", [0.4, 0.6]))
-        for rate in rates
-        for seed in (1, 2)
-    }
-
-
-@pytest.mark.parametrize("seeds", [("--seed", "7"), ("--seed", "7", "--seed", "7")])
-def test_options_override_what_the_file_says(here: Path, seeds: tuple[str, ...]) -> None:
-    written(here / "mine.toml")
-    done = run(here, "mine.toml", "--controller", "first-come", "--rate", "0.9", *seeds)
-    assert done.returncode == 0, done.stderr
-    assert episodes(here) == {("smoke/crossing", "first-come", 0.9, 7)}
-
-
-def test_what_a_suite_leaves_out_is_the_scenarios(here: Path) -> None:
-    written(here / "mine.toml", scenarios=["smoke/tee"], rates=None, seeds=None)
-    done = run(here, "mine.toml", "--controller", "first-come")
-    assert done.returncode == 0, done.stderr
-    assert episodes(here) == {("smoke/tee", "first-come", 0.5, seed) for seed in (1, 2)}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["papr"], 'did you mean "paper"'),
-        (["paper", "tee"], "give it alone"),
-        (["mine.toml"], 'mine.toml: rate: unknown key "rate"; did you mean "rates"'),
-    ],
-)
-def test_misuse_ends_in_exit_code_2_and_no_record(
-    here: Path, arguments: list[str], words: str
-) -> None:
-    written(here / "mine.toml", rate=0.5)
-    done = run(here, *arguments)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert words in done.stderr
-    assert not episodes(here)

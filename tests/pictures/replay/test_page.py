@@ -6,10 +6,14 @@ from pathlib import Path
 
 import pytest
 from browser import Visit, accessibility_violations, wider_than_its_window
+from factories.episodes import CROSSING
 from msgspec.structs import replace
 from playwright.sync_api import Page, expect
 
+from benchmark.pictures.replay.page import page
 from benchmark.pictures.replay.replay import Replay, recorded
+from benchmark.pictures.replay.trajectories import Trajectories
+from benchmark.records.record import Record
 from benchmark.scenario import catalogue
 from benchmark.study.episode import Episode
 
@@ -195,3 +199,13 @@ def test_text_is_text_whatever_it_holds(visit: Visit, tmp_path: Path) -> None:
     page = ready(visit(Replay([evil]).write(tmp_path / "evil.html")))
     expect(page.locator("h1")).to_have_text(EVIL)
     assert page.title() == f"{EVIL}: {EVIL}"
+
+
+def test_a_long_episode_of_a_large_intersection_stays_small() -> None:
+    episode = Episode(catalogue.one("449"), "time-windows", 0.6, 1)
+    assert len(page.page([recorded(episode)])) < 3_000_000
+
+
+def test_records_of_two_kinds_read_alike(kept: Trajectories) -> None:
+    assert isinstance(kept.record, Record)
+    assert page.shows(page.page([kept])[: page.HEAD]) == [CROSSING.identity]

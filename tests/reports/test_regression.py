@@ -5,8 +5,8 @@ import json
 from xml.etree import ElementTree as Xml
 
 import pytest
-from factories.comparisons import BASE, MADE, THROUGHPUT, WAITING, compared, runs, scaled
-from factories.records import record, unlucky
+from factories.comparisons import BASE, MADE, THROUGHPUT, WAITING, compared, scaled
+from factories.records import record, runs, unlucky
 from rich.console import Console
 
 from benchmark.records.measures import COLUMNS

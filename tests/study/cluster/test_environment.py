@@ -1,12 +1,9 @@
-"""Workers that would give other records, and clusters that cannot be reached, are refused."""
+"""Workers that would give other records are refused by name."""
 
-import os
 import platform
-import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -16,8 +13,8 @@ from typing import Any
 import distributed
 import numpy as np
 import pytest
-from factories.episodes import GOOD, lines
-from factories.processes import kill, pid_in, wait_for
+from factories.episodes import GOOD
+from factories.processes import DASK_WORKER, kill, pid_in, wait_for, worker_of
 from factories.scenarios import smoke
 from plugins import install
 
@@ -26,7 +23,7 @@ from benchmark.control import plugins
 from benchmark.plumbing.errors import ClusterError
 from benchmark.study.cluster import connection, environment
 from benchmark.study.cluster.executor import Cluster
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode
 
 COMMAND = [
     *(
@@ -39,7 +36,6 @@ COMMAND = [
     *("--controller", "virtual-signal", "--seed", "1"),
 ]
 WITHOUT_US = "import sys; sys.modules['benchmark'] = None; "
-DASK_WORKER = "from distributed.cli.dask_worker import main; main()"
 
 
 @pytest.fixture
@@ -57,23 +53,6 @@ def site(tmp_path: Path) -> Iterator[Path]:
 def scheduler(site: Path) -> Iterator[distributed.LocalCluster]:
     with connection.local(0) as cluster:
         yield cluster
-
-
-@contextmanager
-def worker_of(address: str, *first: Path, script: str = DASK_WORKER) -> Iterator[None]:
-    """A worker's process with folders first on its path, as long as the context."""
-    path = os.pathsep.join(map(str, [*first, *sys.path]))
-    options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
-    process = subprocess.Popen(
-        [sys.executable, "-c", script, address, *options],
-        env={**os.environ, "PYTHONPATH": path},
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
 
 
 @contextmanager
@@ -96,9 +75,6 @@ def older_numpy(folder: Path) -> Path:
 
 def on(cluster: Any) -> Cluster:
     return Cluster(partial(connection.running, cluster.scheduler_address))
-
-
-# --- workers ------------------------------------------------------------------------------------
 
 
 def test_a_worker_of_another_version_is_refused_by_name_before_anything_runs(
@@ -156,9 +132,6 @@ def test_a_worker_without_right_of_way_is_refused_whenever_it_joins(scheduler: A
     assert told == ["the cluster has no workers yet; waiting for some"]  # the second time it has
 
 
-# --- what must be the same ----------------------------------------------------------------------
-
-
 def test_this_process_is_as_it_is() -> None:
     wanted = environment.needed(["virtual-signal", "wang?greedy=1", "traffic-light"])
     assert wanted["version", "numpy"] == np.__version__
@@ -179,99 +152,3 @@ def test_what_others_controllers_need_must_be_the_same(site: Path) -> None:
         f"numpy is {np.__version__} there and 0.0.1 here",
         "no-such is missing there and 1 here",
     ]
-
-
-# --- clusters -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("address", ["", "host", "tcp://host", "http://host:1", "tcp://a:b"])
-def test_what_is_no_address_is_refused(address: str) -> None:
-    with pytest.raises(ClusterError, match=f'"{address}" is no address .* tcp://host:8786'):
-        next(Cluster(partial(connection.running, address)).run(GOOD))
-
-
-def test_an_address_where_nobody_answers_is_refused_in_time(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(connection, "PATIENCE", 0.5)
-    with socket.create_server(("127.0.0.1", 0)) as deaf:  # it takes the connection and says nothing
-        address = f"tcp://127.0.0.1:{deaf.getsockname()[1]}"
-        began = time.monotonic()
-        with pytest.raises(ClusterError, match=f"{address}: no Dask scheduler answers"):
-            next(Cluster(partial(connection.running, address)).run(GOOD))
-    assert time.monotonic() - began < 5
-
-
-@pytest.mark.parametrize("text", ["{}", "[]", "no JSON", '"tcp://host:1"'])
-def test_a_scheduler_file_without_an_address_is_refused(tmp_path: Path, text: str) -> None:
-    file = tmp_path / "scheduler.json"
-    file.write_text(text)
-    with pytest.raises(ClusterError, match=f'{file}: expected .* with an "address"'):
-        connection.address_in(file)
-
-
-def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ClusterError, match=r"none\.json: cannot read the scheduler file: No such"):
-        connection.address_in(tmp_path / "none.json")
-
-
-def test_without_dask_a_message_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(ClusterError, match=r"pip install 'rightofway\[cluster\]'"):
-        next(Cluster(partial(connection.started_here, 1)).run(GOOD))
-
-
-@contextmanager
-def dask_scheduler(port: int) -> Iterator[subprocess.Popen[bytes]]:
-    """A scheduler's process."""
-    script = "from distributed.cli.dask_scheduler import main; main()"
-    options = ["--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
-    process = subprocess.Popen([sys.executable, "-c", script, *options], stderr=subprocess.DEVNULL)
-    try:
-        wait_for(lambda: listens(port))
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-
-
-def listens(port: int) -> bool:
-    with socket.socket() as one:
-        return one.connect_ex(("127.0.0.1", port)) == 0
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        return int(free.getsockname()[1])
-
-
-def test_a_scheduler_that_dies_ends_the_suite_with_a_message(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(connection, "PATIENCE", 1.5)
-    address = f"tcp://127.0.0.1:{(port := free_port())}"
-    with dask_scheduler(port) as process:
-        cluster = Cluster(
-            partial(connection.running, address), notice=lambda message: process.kill()
-        )
-        with pytest.raises(ClusterError, match=f"the scheduler {address} is gone"):
-            next(cluster.run(GOOD))
-
-
-def test_a_scheduler_that_comes_back_is_given_its_episodes_again() -> None:
-    address = f"tcp://127.0.0.1:{(port := free_port())}"
-    with ExitStack() as processes:
-        first = processes.enter_context(dask_scheduler(port))
-
-        def replace(message: str) -> None:
-            threading.Timer(0.5, restart).start()
-
-        def restart() -> None:
-            first.kill()
-            first.wait()
-            processes.enter_context(dask_scheduler(port))
-            processes.enter_context(worker_of(address))
-
-        cluster = Cluster(partial(connection.running, address), notice=replace)
-        found = list(cluster.run(GOOD))
-    assert lines(record for _, record in found) == lines(map(run, GOOD))
