@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 
-import gymnasium
 import numpy as np
 import torch
-from gymnasium import spaces
 from stable_baselines3 import PPO
 from stable_baselines3.common.type_aliases import RolloutBufferSamples
 
-from baselines.hierarchical.rollout import Trajectory
 from benchmark.learning.observation import Numbers
+from benchmark.learning.rollout import Trajectory
 
 Arrays = dict[str, Numbers]
 
@@ -46,8 +44,8 @@ class Batch:
         parts = np.split(self.values, ends[:-1])
         self._advantages = np.concatenate(
             [
-                advantages(one, part, discount, decay)
-                for one, part in zip(trajectories, parts, strict=True)
+                advantages(trajectory, part, discount, decay)
+                for trajectory, part in zip(trajectories, parts, strict=True)
             ]
         )
         self.returns = self._advantages + self.values
@@ -83,39 +81,27 @@ def advantages(trajectory: Trajectory, values: Numbers, discount: float, decay: 
     """
     following = np.append(values[1:], 0.0 if trajectory.ended else values[-1])
     surprise = trajectory.rewards + discount * following - values
-    found = np.zeros_like(values)
+    estimates = np.zeros_like(values)
     ahead = 0.0
-    for index in reversed(range(len(found))):
+    for index in reversed(range(len(estimates))):
         ahead = surprise[index] + discount * decay * ahead
-        found[index] = ahead
-    return found
+        estimates[index] = ahead
+    return estimates
 
 
-class SpacesOnly(gymnasium.Env[Numbers, Numbers]):
-    """What Stable-Baselines3 asks for to learn the spaces; nothing is ever played in it.
-
-    Args:
-        size: of an observation.
-    """
-
-    action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
-
-    def __init__(self, size: int) -> None:
-        self.observation_space = spaces.Box(0.0, 1.0, (size,), np.float32)
-
-
-def arrays(model: PPO, *, explores: bool) -> Arrays:
-    """The policy as ``baselines.hierarchical.policy.Network`` reads it.
-
-    Args:
-        model: the learner.
-        explores: whether to add ``spread``, the standard deviations of the draws.
-    """
-    plain = {name: one.detach().numpy().copy() for name, one in model.policy.state_dict().items()}
-    found: Arrays = {}
+def arrays(model: PPO) -> Arrays:
+    """The policy as ``baselines.hierarchical.policy.Network`` reads it."""
+    state = model.policy.state_dict()
+    plain = {name: tensor.detach().numpy().copy() for name, tensor in state.items()}
+    policy: Arrays = {}
     layers = sorted(name for name in plain if name.startswith("mlp_extractor.policy_net"))
     for name in layers:
         place, kind = name.rsplit(".", 2)[1:]
-        found[f"hidden.{int(place) // 2}.{kind}"] = plain[name]
-    found |= {f"action.{kind}": plain[f"action_net.{kind}"] for kind in ("weight", "bias")}
-    return found | ({"spread": np.exp(plain["log_std"])} if explores else {})
+        policy[f"hidden.{int(place) // 2}.{kind}"] = plain[name]
+    return policy | {f"action.{kind}": plain[f"action_net.{kind}"] for kind in ("weight", "bias")}
+
+
+def spread(model: PPO) -> Numbers:
+    """The standard deviations with which the policy explores (2,)."""
+    deviations: Numbers = np.exp(model.policy.state_dict()["log_std"].detach().numpy())
+    return deviations

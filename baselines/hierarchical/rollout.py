@@ -16,6 +16,7 @@ from baselines.hierarchical.reward import Earnings, Reward
 from baselines.hierarchical.tuned import HierarchicalTuned
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers
+from benchmark.learning.rollout import Played, Trajectory
 from benchmark.learning.traffic import GRIDLOCK_AFTER, Traffic
 from benchmark.scenario.scenario import Scenario
 
@@ -25,8 +26,8 @@ KINDS: Mapping[str, type[Hierarchy]] = {
 
 
 @dataclass(frozen=True)
-class Rollout:
-    """An episode to be played."""
+class Exercise:
+    """An episode in which a low level is trained or validated."""
 
     name: str  # of the hierarchy, a key of KINDS
     scenario: Scenario
@@ -35,25 +36,6 @@ class Rollout:
     arrays: Mapping[str, Numbers]  # of the policy, with "spread" where it explores
     reward: Reward = field(default_factory=Reward)
     gridlock_after: float = GRIDLOCK_AFTER  # s
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """A trajectory of one vehicle; there are no rows of any other."""
-
-    observations: Numbers  # (decisions, size)
-    actions: Numbers  # (decisions, 2), before clipping
-    rewards: Numbers  # (decisions,)
-    ended: bool  # whether it got out of the zone, not only the episode to its end
-
-
-@dataclass(frozen=True)
-class Played:
-    """What an episode left."""
-
-    trajectories: tuple[Trajectory, ...]  # in the order in which vehicles came
-    average_waiting_time: float | None  # s
-    gridlocked: bool
 
 
 @dataclass
@@ -109,28 +91,30 @@ class Explorer:
         self.acted = frozenset()
 
 
-def play(rollout: Rollout) -> Played:
+def play(exercise: Exercise) -> Played:
     """Play an episode; equal arguments give equal trajectories."""
-    controller = KINDS[rollout.name](low="forward")
+    controller = KINDS[exercise.name](low="forward")
     with Traffic(
-        rollout.scenario,
-        rollout.rate,
-        rollout.seed,
+        exercise.scenario,
+        exercise.rate,
+        exercise.seed,
         arbitration=controller.arbitration,
-        gridlock_after=rollout.gridlock_after,
+        gridlock_after=exercise.gridlock_after,
     ) as traffic:
-        controller.reset(traffic.intersection, rollout.seed)
-        explorer = Explorer(rollout.arrays, controller.observer, rollout.seed)
+        controller.reset(traffic.intersection, exercise.seed)
+        explorer = Explorer(exercise.arrays, controller.observer, exercise.seed)
         controller.low_level = explorer
-        earnings = Earnings(rollout.reward)
+        earnings = Earnings(exercise.reward)
+        steps = 0
         while not (traffic.world.over or traffic.gridlocked):
+            steps += 1
             traffic.advance(controller.act(traffic.state))
             there = list(controller.concerned(traffic.state))
             explorer.earn(*earnings.of(traffic.state, there))
         here = {ego.id for ego in controller.concerned(traffic.state)}
         waiting, jammed = traffic.average_waiting_time, traffic.gridlocked
     return Played(
-        tuple(
+        trajectories=tuple(
             Trajectory(
                 np.stack(path.observations),
                 np.stack(path.actions),
@@ -139,6 +123,7 @@ def play(rollout: Rollout) -> Played:
             )
             for name, path in explorer.paths.items()
         ),
-        waiting,
-        jammed,
+        average_waiting_time=waiting,
+        steps=steps,
+        gridlocked=jammed,
     )

@@ -1,50 +1,34 @@
-"""Trains the low level: rounds of episodes in worker processes, then PPO's epochs on all of them.
+"""Trains the low level by PPO: ``rightofway train hierarchical``.
 
-A round is played with the weights that learn from it, so equal seeds give equal weights however
-many workers there are.
+A round is played with the weights that learn from it.
 """
 
-from collections.abc import Iterable, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import torch
+from gymnasium import spaces
 from pydantic import Field, PositiveInt
 from stable_baselines3 import PPO
 
 from baselines.hierarchical import ppo
 from baselines.hierarchical.reward import Reward
-from baselines.hierarchical.rollout import KINDS, Played, Rollout, play
-from benchmark.learning.course import Course
-from benchmark.learning.run import (
-    Folder,
-    Interrupts,
-    Options,
-    Start,
-    TrainingTraffic,
-    Validation,
-    read_settings,
-    training_episodes,
-    validation_episodes,
-)
+from baselines.hierarchical.rollout import KINDS, Exercise, play
+from benchmark.learning.rollout import Played
+from benchmark.learning.rounds import LearnerSettings, Rounds, RunSettings, SpacesOnly
+from benchmark.learning.run import Start
+from benchmark.learning.settings import Options
 from benchmark.learning.traffic import GRIDLOCK_AFTER
-from benchmark.plumbing.errors import UsageError
-from benchmark.plumbing.models import Table
-from benchmark.plumbing.processes import result_of, working
-from benchmark.scenario import catalogue
-from benchmark.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from pebble import ProcessPool
+from benchmark.learning.weights import Arrays
 
 
-class LearnerSettings(Table):
+class PPOSettings(LearnerSettings):
     """PPO over trajectories of vehicles (paper, "Low-level Longitudinal and Lateral Control")."""
 
-    steps: int = Field(gt=0, description="decisions of vehicles to learn from")
     hidden: tuple[PositiveInt, ...] = Field((64, 64), min_length=1, description="widths")
     discount: float = Field(0.99, ge=0, lt=1)
     decay: float = Field(0.95, ge=0, le=1, description="lambda of the advantages")
@@ -57,139 +41,71 @@ class LearnerSettings(Table):
     forward: float = Field(0.0, description="mean acceleration at first, 1 is the greatest")
 
 
-class HierarchicalSettings(Table):
+class HierarchicalSettings(RunSettings):
     """All settings of a run; ``hierarchical.toml`` holds the shipped ones."""
 
-    traffic: TrainingTraffic
     reward: Reward = Reward()
-    learner: LearnerSettings
-    validation: Validation = Validation()
+    learner: PPOSettings
 
 
 def train_hierarchical(options: Options) -> None:
     """Train the low level as published."""
-    train("hierarchical", options)
+    _train("hierarchical", options)
 
 
 def train_tuned(options: Options) -> None:
     """Train the low level under time windows."""
-    train("hierarchical-tuned", options)
+    _train("hierarchical-tuned", options)
 
 
-def train(name: str, options: Options) -> None:
-    """Train until the steps are done or somebody stops it.
-
-    Args:
-        name: of the hierarchy.
-        options: of the command.
-
-    Raises:
-        RightOfWayError: settings, scenarios or the folder make no sense.
-    """
-    settings = read_settings(
-        HierarchicalSettings,
-        Path(__file__).with_name(f"{name}.toml"),
-        options,
-        {
-            "traffic.scenarios": options.scenarios,
-            "traffic.rates": options.rates,
-            "learner.steps": options.steps,
-        },
-    )
-    scenarios = catalogue.find(settings.traffic.scenarios)
-    folder = Folder(options, name, settings)
-    torch.set_num_threads(1)  # other bits with other counts
-    run = _Run(name, settings, scenarios, folder, options)
-    if options.resume:
-        run.course.restore()
-    with working(options.workers) as workers, Interrupts(options.notify) as interrupts:
-        run.go(workers, interrupts)
+def _train(name: str, options: Options) -> None:
+    LowLevelLearning(name, Path(__file__).with_name(f"{name}.toml"), options).run()
 
 
-class _Run:
-    """A training run under way."""
+class LowLevelLearning(Rounds[HierarchicalSettings, PPO]):
+    """A run of PPO."""
 
-    def __init__(
-        self,
-        name: str,
-        settings: HierarchicalSettings,
-        scenarios: Sequence[Scenario],
-        folder: Folder,
-        options: Options,
-    ) -> None:
-        learner = settings.learner
-        self._name, self._settings, self._scenarios = name, settings, scenarios
-        self._seed = options.seed
-        self._model = _model(learner, KINDS[name].SIZE, options.seed)
-        self.course = Course(self._model, folder, options, settings.validation, learner.steps)
+    kind = HierarchicalSettings
+    ahead = False
 
-    def go(self, workers: "ProcessPool", interrupts: Interrupts) -> None:
-        """Play and learn, round by round."""
-        course = self.course
-        with course.shown() as show:
-            while not (course.is_done or interrupts.wanted):
-                self._learn(self._play(workers))
-                if course.validates or course.is_done:
-                    self._validate(workers)
-                    course.save()
-                show()
-            course.save()
-        if not course.is_done:
-            course.stop()
-        course.finish(hidden=self._settings.learner.hidden)
+    def _new(self, seed: int) -> PPO:
+        return _model(self.settings.learner, KINDS[self.name].SIZE, seed)
 
-    def _play(self, workers: "ProcessPool") -> list[Played]:
-        """Play this round's episodes."""
-        random = np.random.default_rng([self._seed, self.course.round])
-        starts = training_episodes(self._settings.traffic, self._scenarios, random)
-        policy = ppo.arrays(self._model, explores=True)
-        gridlock_after = self._settings.traffic.gridlock_after
-        return _played(workers, (self._rollout(one, policy, gridlock_after) for one in starts))
+    def _snapshot(self) -> Arrays:
+        return ppo.arrays(self.model)
 
-    def _learn(self, played: Sequence[Played]) -> None:
+    def _episode(self, start: Start, acting: Arrays, *, learns: bool) -> Callable[[], Played]:
+        """The mean actions in a validation, draws around them otherwise."""
+        limit = GRIDLOCK_AFTER
+        if learns:
+            acting = {**acting, "spread": ppo.spread(self.model)}
+            limit = self.settings.traffic.gridlock_after
+        return partial(play, Exercise(self.name, *start, acting, self.settings.reward, limit))
+
+    def _learn(self, played: Sequence[Played], before: int) -> Mapping[str, float]:
         """Take PPO's epochs on a round."""
-        trajectories = [one for episode in played for one in episode.trajectories]
-        if not trajectories:
-            raise UsageError("no RV was stopped in a whole round; give higher rates or more time")
-        learner, model, course = self._settings.learner, self._model, self.course
-        random = np.random.default_rng([self._seed, course.round, 1])
-        model.rollout_buffer = ppo.Batch(  # type: ignore[assignment]
-            model, trajectories, learner.discount, learner.decay, random
+        trajectories = [path for episode in played for path in episode.trajectories]
+        learner = self.settings.learner
+        random = np.random.default_rng([self._options.seed, self.course.round - 1, 1])
+        self.model.rollout_buffer = ppo.Batch(  # type: ignore[assignment]
+            self.model, trajectories, learner.discount, learner.decay, random
         )
-        model.train()
-        course.round += 1
-        course.decisions += sum(len(one.rewards) for one in trajectories)
-        actions = np.concatenate([one.actions for one in trajectories])
-        course.log(
-            played,
-            reward=fmean(float(one.rewards.mean()) for one in trajectories),
-            acceleration=float(actions[:, 0].mean()),
-            lane_changes=float((np.abs(actions[:, 1]) > 0.33).mean()),
-        )
+        self.model.train()
+        actions = np.concatenate([path.actions for path in trajectories])
+        return {
+            "reward": fmean(float(path.rewards.mean()) for path in trajectories),
+            "acceleration": float(actions[:, 0].mean()),
+            "lane_changes": float((np.abs(actions[:, 1]) > 0.33).mean()),
+        }
 
-    def _validate(self, workers: "ProcessPool") -> None:
-        """Score the mean actions on the validation episodes."""
-        policy = ppo.arrays(self._model, explores=False)
-        starts = validation_episodes(self._settings.validation, self._scenarios)
-        played = _played(workers, (self._rollout(one, policy) for one in starts))
-        self.course.judge(played, policy)
-
-    def _rollout(
-        self, start: Start, policy: ppo.Arrays, gridlock_after: float = GRIDLOCK_AFTER
-    ) -> Rollout:
-        return Rollout(self._name, *start, policy, self._settings.reward, gridlock_after)
+    def _notes(self) -> Mapping[str, Any]:
+        return {"hidden": self.settings.learner.hidden}
 
 
-def _played(workers: "ProcessPool", rollouts: Iterable[Rollout]) -> list[Played]:
-    """Play rollouts side by side; the results come in their order."""
-    futures: list[Future[Played]] = [workers.schedule(play, args=(one,)) for one in rollouts]
-    return [result_of(future) for future in futures]
-
-
-def _model(learner: LearnerSettings, size: int, seed: int) -> PPO:
-    found = PPO(
+def _model(learner: PPOSettings, size: int, seed: int) -> PPO:
+    model = PPO(
         "MlpPolicy",
-        ppo.SpacesOnly(size),
+        SpacesOnly(size, spaces.Box(-1.0, 1.0, (2,), np.float32)),
         learning_rate=learner.learning_rate,
         n_steps=learner.batch,
         batch_size=learner.batch,
@@ -207,7 +123,7 @@ def _model(learner: LearnerSettings, size: int, seed: int) -> PPO:
         device="cpu",
     )
     with torch.no_grad():
-        bias = found.policy.action_net.bias
+        bias = model.policy.action_net.bias
         assert isinstance(bias, torch.Tensor)
         bias.copy_(torch.tensor([learner.forward, 0.0]))
-    return found
+    return model

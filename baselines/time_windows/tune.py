@@ -17,25 +17,21 @@ from pydantic import Field, NonNegativeFloat, model_validator
 
 from baselines.time_windows.controller import TimeWindows
 from benchmark.control import plugins
-from benchmark.learning.run import (
-    VALIDATION_SEEDS,
-    Folder,
-    Interrupts,
-    Options,
-    Reference,
-    bar,
-    read_settings,
-)
+from benchmark.control.training import VALIDATION_SEEDS
+from benchmark.learning.folder import Folder
+from benchmark.learning.run import bar, interrupts
+from benchmark.learning.settings import Options, Reference, read_settings
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.interrupts import Interrupts
 from benchmark.plumbing.messages import nearest
 from benchmark.plumbing.models import Share, Table
 from benchmark.plumbing.processes import working
 from benchmark.records.record import Record
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
-from benchmark.study import episodes as suite
 from benchmark.study import outcome
 from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import all_episodes, build_ahead
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -95,9 +91,9 @@ def train(options: Options) -> None:
     scenarios = catalogue.find(settings.scenarios)
     folder = Folder(options, NAME, settings, checkpoint="trials.log")
     study = _study(folder.checkpoint)
-    with working(options.workers) as workers, Interrupts(options.notify) as interrupts:
+    with working(options.workers) as workers, interrupts(options.notify) as stop:
         scorer = Scorer(settings, scenarios, workers)
-        _try(study, scorer, options.seed, interrupts)
+        _try(study, scorer, options.seed, stop)
         folder.note(trials=len(study.trials))
         if len(study.trials) < settings.trials:
             options.notify(f"stopped; continue with --resume --out {folder.path}")
@@ -114,14 +110,14 @@ def _study(file: Path) -> optuna.Study:
     return optuna.create_study(storage=storage, study_name=NAME, load_if_exists=True)
 
 
-def _try(study: optuna.Study, scorer: "Scorer", seed: int, interrupts: Interrupts) -> None:
+def _try(study: optuna.Study, scorer: "Scorer", seed: int, stop: Interrupts) -> None:
     """Try settings, first those that ship. What is tried depends on the trials before alone."""
     settings = scorer.settings
     done = len(study.get_trials(deepcopy=False, states=[TrialState.COMPLETE]))
     with bar("trials") as shown:
         task = shown.add_task("", total=settings.trials, completed=done)
         for number in range(done, settings.trials):
-            if interrupts.wanted:
+            if stop.wanted:
                 return
             study.sampler = TPESampler(seed=10_000 * seed + number, multivariate=True)
             if number == 0:
@@ -174,8 +170,8 @@ class Scorer:
         self._scenarios, self._workers = scenarios, workers
         seeds = VALIDATION_SEEDS[: settings.seeds + settings.final_seeds]
         self._seeds, self._final_seeds = seeds[: settings.seeds], seeds[settings.seeds :]
-        chosen = suite.episodes(scenarios, [settings.reference], [0.0], seeds)
-        suite.prepare(chosen)
+        chosen = all_episodes(scenarios, [settings.reference], [0.0], seeds)
+        build_ahead(chosen)
         self._to_beat = {}
         for one, record in zip(chosen, self._run(chosen), strict=True):
             if (figures := _figures(record)) is None:

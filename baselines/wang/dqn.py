@@ -6,11 +6,9 @@ Its replay is filled with whole trajectories of vehicles.
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
 import torch
-from gymnasium import spaces
 from stable_baselines3 import DQN
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.utils import polyak_update
@@ -128,7 +126,7 @@ class PrioritisedReplay(ReplayBuffer):
         self.next_observations[rows, 0] = trajectory.observations[ahead]
         self.actions[rows, 0, 0] = trajectory.actions
         self.rewards[rows, 0] = windows @ self._discount ** np.arange(self._reach)
-        self.dones[rows, 0] = trajectory.entered & (ahead == count)
+        self.dones[rows, 0] = trajectory.ended & (ahead == count)
         self.discounts[rows] = self._discount ** (ahead - np.arange(count))
         self.priorities[rows] = self.priorities.max(initial=0.0) or 1.0
         self.full = self.full or self.pos + count >= self.buffer_size
@@ -227,15 +225,3 @@ def project(
     found = torch.zeros_like(chances)
     found.scatter_add_(1, left.long(), chances * (1 - share))
     return found.scatter_add_(1, left.long() + 1, chances * share)
-
-
-class SpacesOnly(gymnasium.Env[npt.NDArray[np.float32], np.int64]):
-    """What Stable-Baselines3 asks for to learn the spaces; nothing is ever played in it.
-
-    Args:
-        observation_size: how many numbers an RV observes.
-    """
-
-    def __init__(self, observation_size: int) -> None:
-        self.observation_space = spaces.Box(0.0, 1.0, (observation_size,), np.float32)
-        self.action_space = spaces.Discrete(2)

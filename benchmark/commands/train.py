@@ -33,10 +33,10 @@ def train(
     ] = None,
 ) -> None:
     """Train a learned controller; needs the extra rightofway[train]."""
-    from benchmark.control import plugins
-    from benchmark.learning.run import Options
+    from benchmark.learning import trainers
+    from benchmark.learning.settings import Options
 
-    trainer = plugins.load_trainer(name)
+    trainer = trainers.load(name)
     trainer(
         Options(
             out=out or Path("out/train") / f"{name}-{seed}",

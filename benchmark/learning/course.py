@@ -8,7 +8,7 @@ import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from statistics import fmean
-from typing import Any, NamedTuple, NoReturn, Protocol
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import torch
@@ -16,21 +16,12 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, make_output_format
 
 from benchmark.learning import weights as files
-from benchmark.learning.run import Folder, Options, Validation, bar, replaced
+from benchmark.learning.folder import Folder, replaced
+from benchmark.learning.rollout import Played
+from benchmark.learning.run import bar
+from benchmark.learning.settings import Options, Validation
 from benchmark.learning.weights import Arrays
 from benchmark.plumbing.errors import UsageError
-
-
-class Ended(Protocol):
-    """An episode that was played."""
-
-    @property
-    def average_waiting_time(self) -> float | None:
-        """[s]; None within its warm-up."""
-
-    @property
-    def gridlocked(self) -> bool:
-        """Whether it was given up as nothing moved."""
 
 
 class Score(NamedTuple):
@@ -86,15 +77,15 @@ class Course:
         folder = str(self._folder.path / "logs")
         suffix = f"-from-{self.round}" if self.round else ""
         forms = [make_output_format(form, folder, suffix) for form in ("csv", "tensorboard")]
-        with closing(Logger(folder, forms)) as logger, bar("decisions") as shown:
+        with closing(Logger(folder, forms)) as logger, bar("decisions") as display:
             self._model.set_logger(logger)
-            task = shown.add_task(
+            task = display.add_task(
                 self._status(), completed=min(self.steps, self.decisions), total=self.steps
             )
 
             def move() -> None:
                 done = min(self.steps, self.decisions)
-                shown.update(task, completed=done, description=self._status())
+                display.update(task, completed=done, description=self._status())
                 logger.dump(self.decisions)
 
             yield move
@@ -104,21 +95,23 @@ class Course:
             return "not validated yet"
         return f"best validation {self.best.waiting:.1f} s"
 
-    def log(self, played: Sequence[Ended], **facts: float) -> None:
+    def log(self, played: Sequence[Played], **facts: float) -> None:
         """Note a round for the logs: its episodes, and what else there is to say."""
         log = self._model.logger
-        log.record("rollout/waiting", fmean(one.average_waiting_time or 0.0 for one in played))
-        log.record("rollout/gridlocked", sum(one.gridlocked for one in played))
+        log.record(
+            "rollout/waiting", fmean(episode.average_waiting_time or 0.0 for episode in played)
+        )
+        log.record("rollout/gridlocked", sum(episode.gridlocked for episode in played))
         for name, value in facts.items():
             log.record(f"rollout/{name}", value)
 
-    def judge(self, played: Sequence[Ended], arrays: Arrays) -> None:
+    def judge(self, played: Sequence[Played], arrays: Arrays) -> None:
         """Score weights by the validation episodes played with them, and keep the best so far."""
         waiting = fmean(
-            self._validation.gridlock if one.gridlocked else one.average_waiting_time or 0.0
-            for one in played
+            self._validation.gridlock if episode.gridlocked else episode.average_waiting_time or 0.0
+            for episode in played
         )
-        jams = sum(one.gridlocked for one in played)
+        jams = sum(episode.gridlocked for episode in played)
         self._model.logger.record("validation/waiting", waiting)
         self._model.logger.record("validation/gridlocked", jams)
         if self.best is None or waiting < self.best.waiting:
@@ -127,10 +120,8 @@ class Course:
             f"{self.decisions:,} decisions: validation {waiting:.2f} s, "
             f"{jams} of {len(played)} episodes gridlocked"
         )
-        found = {"decisions": self.decisions, "waiting": round(waiting, 3), "gridlocked": jams}
-        self._folder.note(validated=[*self._folder.manifest.get("validated", []), found])
-
-    # --- what stays ------------------------------------------------------------------------
+        entry = {"decisions": self.decisions, "waiting": round(waiting, 3), "gridlocked": jams}
+        self._folder.note(validated=[*self._folder.manifest.get("validated", []), entry])
 
     def save(self, **more: Any) -> None:
         """Write a checkpoint from which the run goes on exactly as if it had not stopped.
@@ -169,8 +160,8 @@ class Course:
         self._model._n_updates = content["updates"]
         self.round, self.decisions = content["round"], content["decisions"]
         if content["best"] is not None:
-            waiting, jams, at, held = content["best"]
-            self.best = Score(waiting, jams, at, arrays(held))
+            waiting, jams, at, weights = content["best"]
+            self.best = Score(waiting, jams, at, arrays(weights))
         self._folder.note(validated=json.loads(content["validated"]))
         return content
 
@@ -200,11 +191,11 @@ class Course:
         self._notify(f"{path}: validation {best.waiting:.2f} s, {best.gridlocked} gridlocked")
 
 
-def tensors(held: Arrays) -> dict[str, torch.Tensor]:
+def tensors(weights: Arrays) -> dict[str, torch.Tensor]:
     """Arrays as a checkpoint holds them."""
-    return {name: torch.from_numpy(np.asarray(one)) for name, one in held.items()}
+    return {name: torch.from_numpy(np.asarray(array)) for name, array in weights.items()}
 
 
-def arrays(held: Mapping[str, torch.Tensor]) -> Arrays:
+def arrays(weights: Mapping[str, torch.Tensor]) -> Arrays:
     """The same, back."""
-    return {name: one.numpy() for name, one in held.items()}
+    return {name: tensor.numpy() for name, tensor in weights.items()}

@@ -7,8 +7,8 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
+from benchmark.control.training import FIRST_TRAINING_SEED
 from benchmark.learning.observation import Layout, Numbers, size
-from benchmark.learning.run import FIRST_TRAINING_SEED
 from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import catalogue

@@ -7,8 +7,7 @@ other vehicle in it and no padding.
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -38,19 +37,19 @@ class Rollout:
     gridlock_after: float | None = GRIDLOCK_AFTER  # s; None plays gridlocked episodes to their end
 
 
-@dataclass
+@dataclass(frozen=True)
 class Trajectory:
     """All decisions of one vehicle, in order."""
 
-    observations: Numbers  # (decisions + 1, size); the last row is what came after
-    actions: Actions  # (decisions,)
+    observations: Numbers  # (decisions, size); those of ``play`` have one more: what came after
+    actions: npt.NDArray[Any]  # (decisions,), or (decisions, n) where an action is n numbers
     rewards: Numbers  # (decisions,)
-    entered: bool  # into the intersection; else the episode ended first and the value goes on
+    ended: bool  # by itself, as the RV entered; else the episode ended first and the value goes on
 
 
 @dataclass(frozen=True)
 class Played:
-    """What came of a rollout."""
+    """What came of an episode."""
 
     trajectories: tuple[Trajectory, ...]  # in the order in which vehicles came
     average_waiting_time: float | None  # s; as far as the episode went, None within its warm-up
@@ -142,7 +141,7 @@ class _Path:
             observations=np.stack([*self.observations, last]),
             actions=np.asarray(self.actions, dtype=np.int64),
             rewards=rewards,
-            entered=self.entered_at is not None,
+            ended=self.entered_at is not None,
         )
 
 
@@ -159,12 +158,7 @@ class Workers:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         end(self._pool)  # what is still being played is of no use
 
     def play(self, rollouts: Sequence[Rollout], policy: Policy) -> list[Future[Played]]:

@@ -7,9 +7,9 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from benchmark.control.training import FIRST_TRAINING_SEED
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.rollout import Policy
-from benchmark.learning.run import FIRST_TRAINING_SEED
 from benchmark.learning.traffic import GO, GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import catalogue

@@ -20,13 +20,14 @@ from baselines.hierarchical.local_observation import Beside
 from baselines.hierarchical.observation import SIZE
 from baselines.hierarchical.policy import RIGHT, Network, shapes
 from baselines.hierarchical.reward import Reward
-from baselines.hierarchical.rollout import Played, Rollout, Trajectory, play
+from baselines.hierarchical.rollout import Exercise, play
 from benchmark.learning import weights as files
 from benchmark.learning.observation import Numbers
-from benchmark.learning.run import Options
+from benchmark.learning.rollout import Played, Trajectory
+from benchmark.learning.settings import Options
 from benchmark.scenario.scenario import Scenario, load
 
-LEARNER = train.LearnerSettings(steps=1, hidden=(8,))
+LEARNER = train.PPOSettings(steps=1, hidden=(8,))
 
 
 def model(seed: int = 1) -> Any:
@@ -88,17 +89,17 @@ def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
     rows = np.random.default_rng(2).random((7, SIZE), dtype=np.float32)
     with torch.no_grad():
         means = learner.policy.get_distribution(torch.from_numpy(rows)).distribution.mean.numpy()
-    arrays = ppo.arrays(learner, explores=True)
-    assert Network(arrays).means(rows) == pytest.approx(means, abs=1e-5)
-    assert arrays["spread"] == pytest.approx([LEARNER.spread] * 2)
+    assert Network(ppo.arrays(learner)).means(rows) == pytest.approx(means, abs=1e-5)
+    assert ppo.spread(learner) == pytest.approx([LEARNER.spread] * 2)
 
 
 # --- episodes ----------------------------------------------------------------------------------
 
 
 def played(seed: int = 10_000, **facts: Any) -> Played:
-    arrays = ppo.arrays(model(), explores=True)
-    return play(Rollout("hierarchical", smoke("crossing"), 0.6, seed, arrays, **facts))
+    learner = model()
+    arrays = {**ppo.arrays(learner), "spread": ppo.spread(learner)}
+    return play(Exercise("hierarchical", smoke("crossing"), 0.6, seed, arrays, **facts))
 
 
 def test_episodes_leave_each_vehicles_decisions_and_what_the_team_earned() -> None:
@@ -165,15 +166,15 @@ def test_equal_seeds_give_equal_weights_for_any_number_of_workers(
 def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    out, learn = tmp_path / "run", train._Run._learn
+    out, learn = tmp_path / "run", train.LowLevelLearning._learn
 
-    def stopped(self: Any, episodes: Any) -> None:
-        if self.course.round == 3:
+    def stopped(self: Any, episodes: Any, before: int) -> Mapping[str, float]:
+        if self.course.round == 4:
             raise KeyboardInterrupt
-        learn(self, episodes)
+        return learn(self, episodes, before)
 
     with monkeypatch.context() as patch:
-        patch.setattr(train._Run, "_learn", stopped)
+        patch.setattr(train.LowLevelLearning, "_learn", stopped)
         with pytest.raises(KeyboardInterrupt):
             train.train_hierarchical(options(out))
     assert manifest(out)["round"] == 2
@@ -226,8 +227,8 @@ def towards(scenario: Scenario, arrays: Mapping[str, Numbers]) -> tuple[float, f
     """How often a policy wants the lane beside: where no RV leads it, and where one does."""
     wanted: tuple[list[bool], list[bool]] = [], []
     for seed in range(1001, 1007):
-        rollout = Rollout("hierarchical-tuned", scenario, 0.3, seed, arrays)
-        for one in play(rollout).trajectories:
+        exercise = Exercise("hierarchical-tuned", scenario, 0.3, seed, arrays)
+        for one in play(exercise).trajectories:
             for seen, (_, change) in zip(one.observations, one.actions, strict=True):
                 for place, sign in SIDES:
                     serves, led = seen[place : place + 2]

@@ -9,7 +9,7 @@ import tomli_w
 from factories.scenarios import DROP, edited
 
 from baselines.time_windows import tune
-from benchmark.learning.run import Options
+from benchmark.learning.settings import Options
 from benchmark.plumbing.errors import UsageError
 
 SMALL = (

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import torch
 from factories.scenarios import smoke
+from gymnasium import spaces
 from hypothesis import given
 from hypothesis import strategies as st
 from stable_baselines3.common.logger import configure
@@ -21,23 +22,24 @@ from baselines.wang.dqn import (
     DuelingPolicy,
     PrioritisedReplay,
     PrioritisedSamples,
-    SpacesOnly,
     WangDQN,
     project,
 )
 from baselines.wang.policy import Greedy, shapes
 from benchmark.learning.observation import Numbers, size
 from benchmark.learning.rollout import Actions, Rollout, Trajectory, play
+from benchmark.learning.rounds import SpacesOnly
 from benchmark.learning.traffic import GO, STOP, Reward, Traffic
 
 HIDDEN = (16, 16)
+SPACES = SpacesOnly(size("paper"), spaces.Discrete(2))
 
 
 def learner(atoms: int = 1, **settings: float) -> WangDQN:
     replay = {"alpha": 0.5, "beta": 1.0, "discount": 0.9, "reach": 1, **settings}
     model = WangDQN(
         DuelingPolicy,
-        SpacesOnly(size("paper")),
+        SPACES,
         buffer_size=100,
         replay_buffer_class=PrioritisedReplay,
         replay_buffer_kwargs={**replay, "random": np.random.default_rng(0)},
@@ -50,7 +52,7 @@ def learner(atoms: int = 1, **settings: float) -> WangDQN:
     return model
 
 
-def trajectory(rewards: Sequence[float], entered: bool = True, mark: float = 0.0) -> Trajectory:
+def trajectory(rewards: Sequence[float], ended: bool = True, mark: float = 0.0) -> Trajectory:
     """A vehicle whose k-th observation is filled with ``mark`` + k / 100."""
     steps = len(rewards)
     rows = mark + np.arange(steps + 1, dtype=np.float32)[:, None] / 100
@@ -58,7 +60,7 @@ def trajectory(rewards: Sequence[float], entered: bool = True, mark: float = 0.0
         observations=np.broadcast_to(rows, (steps + 1, size("paper"))).copy(),
         actions=np.arange(steps) % 2,
         rewards=np.asarray(rewards, dtype=np.float32),
-        entered=entered,
+        ended=ended,
     )
 
 
@@ -219,7 +221,7 @@ def test_the_target_takes_the_online_networks_action_at_the_target_networks_valu
 def test_rows_of_a_vehicle_end_where_it_entered_and_never_mix_with_the_next() -> None:
     replay = learner().replay_buffer
     replay.extend(trajectory([1, 2, 3]))
-    replay.extend(trajectory([4, 5], entered=False, mark=0.5))
+    replay.extend(trajectory([4, 5], ended=False, mark=0.5))
     assert rows_of(replay) == {
         "seen": [0.0, 0.01, 0.02, 0.5, 0.51],
         "next": [0.01, 0.02, 0.03, 0.51, 0.52],
@@ -232,7 +234,7 @@ def test_rows_of_a_vehicle_end_where_it_entered_and_never_mix_with_the_next() ->
 def test_returns_of_several_steps_stop_at_the_vehicles_end() -> None:
     replay = learner(reach=2).replay_buffer
     replay.extend(trajectory([1, 2, 3]))
-    replay.extend(trajectory([4], entered=False, mark=0.5))
+    replay.extend(trajectory([4], ended=False, mark=0.5))
     assert rows_of(replay) == {
         "seen": [0.0, 0.01, 0.02, 0.5],
         "next": [0.02, 0.03, 0.03, 0.51],
@@ -245,7 +247,7 @@ def test_returns_of_several_steps_stop_at_the_vehicles_end() -> None:
 @given(st.lists(st.integers(1, 30), min_size=1, max_size=12))
 def test_a_full_replay_forgets_the_oldest_rows(lengths: list[int]) -> None:
     replay = PrioritisedReplay(
-        *(20, SpacesOnly(size("paper")).observation_space, SpacesOnly(1).action_space),
+        *(20, SPACES.observation_space, SPACES.action_space),
         alpha=0.5,
         beta=0.4,
         discount=0.9,
@@ -263,7 +265,7 @@ def test_a_full_replay_forgets_the_oldest_rows(lengths: list[int]) -> None:
 
 def test_a_vehicle_with_more_decisions_than_the_replay_holds_leaves_its_last_ones() -> None:
     replay = PrioritisedReplay(
-        *(20, SpacesOnly(size("paper")).observation_space, SpacesOnly(1).action_space),
+        *(20, SPACES.observation_space, SPACES.action_space),
         alpha=0.5,
         beta=0.4,
         discount=0.9,
@@ -305,7 +307,7 @@ def test_gradient_steps_find_the_better_action(atoms: int) -> None:
         seen = np.full((2, size("paper")), 0.5, dtype=np.float32)
         action = int(random.integers(2))
         reward = np.array([1.0 if action == GO else -1.0], dtype=np.float32)
-        model.replay_buffer.extend(Trajectory(seen, np.array([action]), reward, entered=True))
+        model.replay_buffer.extend(Trajectory(seen, np.array([action]), reward, ended=True))
     model.lr_schedule = lambda _: 3e-3
     model.train(300, 32)
     values = model.q_net(torch.full((1, size("paper")), 0.5)).detach().numpy()[0]
@@ -338,7 +340,7 @@ def test_nothing_of_an_absent_vehicle_enters_the_replay() -> None:
     learnt = [row for one in played.trajectories for row in one.observations[:-1].tolist()]
     assert sorted(learnt) == sorted(seen)
     replay = PrioritisedReplay(
-        *(1000, SpacesOnly(size("paper")).observation_space, SpacesOnly(1).action_space),
+        *(1000, SPACES.observation_space, SPACES.action_space),
         alpha=0.5,
         beta=0.4,
         discount=0.9,
@@ -349,7 +351,7 @@ def test_nothing_of_an_absent_vehicle_enters_the_replay() -> None:
     assert replay.size() == decisions
     assert replay.priorities[decisions:].sum() == 0  # what is not held is never drawn
     assert replay.sample(256).rows.max() < decisions
-    assert replay.dones.sum() == sum(one.entered for one in played.trajectories)
+    assert replay.dones.sum() == sum(one.ended for one in played.trajectories)
 
 
 def test_rewards_are_the_waiting_of_the_own_movement_and_the_penalty() -> None:
@@ -388,7 +390,7 @@ def test_an_rv_earns_the_teams_reward_for_a_while_after_it_entered() -> None:
     for a, b in zip(plain, longer, strict=True):
         assert np.array_equal(a.rewards[:-1], b.rewards[:-1])
     assert min(gains) < 0
-    assert all(gain == 0 for gain, one in zip(gains, plain, strict=True) if not one.entered)
+    assert all(gain == 0 for gain, one in zip(gains, plain, strict=True) if not one.ended)
 
 
 # --- the controllers ---------------------------------------------------------------------------
@@ -402,7 +404,8 @@ class Absent:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Absent())
-from benchmark import catalogue, plugins
+from benchmark.scenario import catalogue
+from benchmark.learning import trainers
 from benchmark.study.episode import Episode, run
 from benchmark.plumbing.errors import ControllerError
 
@@ -410,7 +413,7 @@ from benchmark.plumbing.errors import ControllerError
 for name in ("wang", "wang-tuned"):
     print(run(Episode(crossing, name, 0.5, 1001)).status)
 try:
-    plugins.load_trainer("wang")
+    trainers.load("wang")
 except ControllerError as error:
     print(error)
 """

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories import smoke
+from factories.scenarios import smoke
 from safetensors.numpy import load_file
 
 from baselines.wang.policy import Greedy
+from benchmark.learning.folder import Folder
 from benchmark.learning.rollout import Rollout, play
-from benchmark.learning.run import Folder, Options
+from benchmark.learning.settings import Options
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.models import Table
 from benchmark.records.statistics import estimates

@@ -2,16 +2,18 @@
 
 import csv
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 import torch
+from gymnasium import spaces
 from stable_baselines3 import PPO
 
-from baselines.hierarchical.ppo import SpacesOnly
 from benchmark.learning.course import Course
-from benchmark.learning.run import Folder, Options, Validation
+from benchmark.learning.folder import Folder
+from benchmark.learning.rollout import Played
+from benchmark.learning.rounds import SpacesOnly
+from benchmark.learning.settings import Options, Validation
 from benchmark.learning.weights import Arrays, load
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.models import Table
@@ -20,13 +22,19 @@ VALIDATION = Validation(rounds=2, gridlock=300.0)
 STEPS = 1000
 
 
-class Ended(NamedTuple):
-    average_waiting_time: float | None
-    gridlocked: bool = False
+def ended(average_waiting_time: float | None, *, gridlocked: bool = False) -> Played:
+    return Played((), average_waiting_time, 0, gridlocked)
 
 
 def model(seed: int) -> PPO:
-    return PPO("MlpPolicy", SpacesOnly(3), n_steps=8, batch_size=8, seed=seed, device="cpu")
+    return PPO(
+        "MlpPolicy",
+        SpacesOnly(3, spaces.Box(-1.0, 1.0, (2,))),
+        n_steps=8,
+        batch_size=8,
+        seed=seed,
+        device="cpu",
+    )
 
 
 def course(out: Path, seed: int = 1, *, resume: bool = False) -> Course:
@@ -48,11 +56,11 @@ def test_a_jam_counts_as_much_as_the_settings_say_and_the_best_weights_are_kept(
 ) -> None:
     one = course(tmp_path)
     with one.shown():
-        one.judge([Ended(10.0), Ended(2.0, gridlocked=True)], weights(1.0))
+        one.judge([ended(10.0), ended(2.0, gridlocked=True)], weights(1.0))
         assert one.best is not None
         assert (one.best.waiting, one.best.gridlocked) == (155.0, 1)
-        one.judge([Ended(20.0), Ended(None)], weights(2.0))
-        one.judge([Ended(30.0)], weights(3.0))
+        one.judge([ended(20.0), ended(None)], weights(2.0))
+        one.judge([ended(30.0)], weights(3.0))
     assert (one.best.waiting, one.best.arrays["a"][0]) == (10.0, 2.0)
 
 
@@ -61,9 +69,9 @@ def test_what_a_round_and_its_validation_came_to_stands_in_one_line(tmp_path: Pa
     with one.shown() as show:
         for number in (1, 2):
             one.round, one.decisions = number, 100 * number
-            one.log([Ended(4.0 * number)], reward=-0.5)
+            one.log([ended(4.0 * number)], reward=-0.5)
             if one.validates:
-                one.judge([Ended(3.0)], weights(1.0))
+                one.judge([ended(3.0)], weights(1.0))
             show()
     first, second = logged(tmp_path)
     assert (first["rollout/waiting"], first["validation/waiting"]) == ("4.0", "")
@@ -75,7 +83,7 @@ def test_a_run_goes_on_from_all_that_it_kept(tmp_path: Path) -> None:
     one = course(tmp_path)
     with one.shown():
         one.round, one.decisions = 4, 400
-        one.judge([Ended(1.0)], weights(1.0))
+        one.judge([ended(1.0)], weights(1.0))
         one._model._n_updates = 7
         one.save(more=torch.ones(2))
     other = course(tmp_path, seed=2, resume=True)
@@ -86,7 +94,7 @@ def test_a_run_goes_on_from_all_that_it_kept(tmp_path: Path) -> None:
     ):
         assert torch.equal(mine, its)
     with other.shown():
-        other.judge([Ended(5.0)], weights(5.0))
+        other.judge([ended(5.0)], weights(5.0))
         other.finish(hidden=(8,))
     kept = load(tmp_path / "weights.safetensors", {"a": (2,)}, "")
     assert kept.arrays["a"].tolist() == [1.0, 1.0]
