@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.records.capacity import Curve, curves, markdown
 from benchmark.records.record import Record
-from benchmark.records.store import Store
 from benchmark.scenario import catalogue
 
 
@@ -100,9 +99,6 @@ def test_a_folder_without_such_runs_says_how_to_make_some(tmp_path: Path) -> Non
     assert "make some with `rightofway run 334@500" in " ".join(done.stderr.split())
 
 
-# --- scenarios at another demand -----------------------------------------------------------------
-
-
 def test_a_reference_with_a_demand_scales_every_count() -> None:
     (found,) = catalogue.find(["334@700"])
     plain = shipped("colorado-springs/334")
@@ -143,9 +139,3 @@ def test_a_file_with_an_at_in_its_name_is_a_file(tmp_path: Path) -> None:
     file.write_text((Path(__file__).parents[2] / "scenarios/smoke/tee.toml").read_text())
     (found,) = catalogue.find([str(file)])
     assert found.name.endswith("/mine@home")
-
-
-def test_the_committed_curves_say_what_the_results_say() -> None:
-    folder = Path(__file__).parents[2] / "results" / "capacity"
-    found = markdown(curves(Store(folder).read()))
-    assert (folder / "CAPACITY.md").read_text("utf-8") == found, "regenerate with `make capacity`"

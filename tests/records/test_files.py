@@ -1,7 +1,6 @@
 """Packed records: the same lines and leaderboard; a break-off loses and doubles nothing."""
 
 import json
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,6 @@ from benchmark.records import table as frame
 from benchmark.records.record import Record
 from benchmark.records.store import Store
 
-RESULTS = Path(__file__).parents[2] / "results" / "records"
 BOTH = {"east": junction(), "west": junction(5.0, refusals=("no such vehicle", "again"))}
 SOME = (
     record(seed=1),
@@ -52,9 +50,6 @@ def files(store: Store) -> list[str]:
 def lines(store: Store) -> list[bytes]:
     found = record_files.listed(store.records_folder)
     return [line for path in found for line in record_files.lines(path)]
-
-
-# --- the same -------------------------------------------------------------------------------
 
 
 @settings(max_examples=30)
@@ -120,17 +115,6 @@ def test_many_parts_and_files_keep_their_order(
     assert store.table()["record"].to_list() == [*range(15)]
 
 
-def test_the_committed_records_come_back_and_take_less_room(tmp_path: Path) -> None:
-    (tmp_path / "records").mkdir()
-    shutil.copy(RESULTS / "colorado-springs-334.jsonl", tmp_path / "records")
-    store = Store(tmp_path)
-    before, size, table = lines(store), store.size(), store.table()
-    packed(store)
-    assert lines(store) == before
-    assert_frame_equal(store.table(), table)
-    assert store.size() < size / 3
-
-
 def test_columns_of_another_version_are_read_from_the_lines(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -142,9 +126,6 @@ def test_columns_of_another_version_are_read_from_the_lines(
     packed(store)
     monkeypatch.undo()
     assert_frame_equal(store.table(), table)
-
-
-# --- break-offs -----------------------------------------------------------------------------
 
 
 def fails(*given: Any, **_: object) -> None:
@@ -212,9 +193,6 @@ def test_a_line_that_is_no_record_is_named_before_anything_moves(
     with pytest.raises(StoreError, match=r"test-b.jsonl:1"):
         packed(store)
     assert files(store) == before
-
-
-# --- the command ----------------------------------------------------------------------------
 
 
 def test_the_command_says_what_it_saved_and_when_there_is_nothing_to_do(tmp_path: Path) -> None:

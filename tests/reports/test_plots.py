@@ -13,11 +13,8 @@ from hypothesis import strategies as st
 
 from benchmark.records import table
 from benchmark.records.record import Record
-from benchmark.records.store import Store
 from benchmark.reports.plots import comparison, gallery, style, traffic, training, waiting
 from benchmark.reports.plots.data import Data, Wish
-
-ROOT = Path(__file__).parents[2]
 
 
 def data(records: Iterable[Record], **wish: Any) -> Data:
@@ -161,21 +158,3 @@ def test_curves_are_found_by_run_and_holes_are_left_out(tmp_path: Path) -> None:
     (line,) = figure.axes[0].lines
     assert (list(line.get_xdata()), list(line.get_ydata())) == ([1, 3], [5.0, 3.0])
     assert training.curves({"two": found["two"]}) is None
-
-
-def test_the_committed_page_has_all_its_figures() -> None:
-    folder = ROOT / "results" / "figures"
-    page = (folder / gallery.PAGE).read_text()
-    for name in gallery.NAMES:
-        assert f"]({name}.png)" in page
-        assert (folder / f"{name}.png").is_file()
-
-
-def test_the_committed_crossovers_are_those_of_the_records(tmp_path: Path) -> None:
-    """The figure of least bytes stands for all: drawn again, it is the same."""
-    store = Store(ROOT / "results")
-    shown = Data(store.table(), store.records_of, Wish())
-    ((_, path),) = gallery.write(shown, {}, tmp_path, "png", ["crossover"])
-    assert path is not None
-    committed = ROOT / "results" / "figures" / "crossover.png"
-    assert path.read_bytes() == committed.read_bytes(), "draw again with `make figures`"

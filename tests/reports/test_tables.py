@@ -1,6 +1,7 @@
 """Tables: golden files, names that look like markup, and text that parses back.
 
-After a change that is meant, write the golden files anew with ``python tests/test_tables.py``.
+After a change that is meant, write the golden files anew with
+``PYTHONPATH=tests python tests/reports/test_tables.py``.
 """
 
 import csv
@@ -27,7 +28,7 @@ from benchmark.records.record import Record, Waiting
 from benchmark.records.statistics import Estimate
 from benchmark.reports import tables
 
-GOLDEN = Path(__file__).parents[1] / "golden"
+GOLDEN = Path(__file__).parent / "golden"
 FORMS: tuple[tables.Format, ...] = get_args(tables.Format)
 ODD = "odd/<b>50 %|a_b*"
 
