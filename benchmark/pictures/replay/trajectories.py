@@ -6,11 +6,10 @@ show it. Places are in metres of the network, x to the east and y to the north.
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
-from msgspec import Meta, Struct
+from msgspec import Struct
 
 from benchmark.records.record import Record
 
@@ -19,7 +18,6 @@ Ints = npt.NDArray[np.int64]
 
 Place = tuple[float, float]
 Outline = list[Place]
-Natural = Annotated[int, Meta(ge=0)]
 
 
 class Told(IntEnum):
@@ -49,7 +47,7 @@ class RegulatedLane(Struct, frozen=True):
 class Head(Struct, frozen=True):
     """The signal head of one link at the entrance."""
 
-    link: Natural  # its place in the light's state
+    link: int  # its place in the light's state
     place: Place
     angle: float  # of driving direction, degrees clockwise from north
     width: float  # m that it may take
@@ -98,9 +96,9 @@ class VehicleClass(Struct, frozen=True):
 class Collision(Struct, frozen=True):
     """Two vehicles that touched."""
 
-    first: Natural  # step
-    last: Natural  # step
-    vehicles: tuple[Natural, Natural]  # indices
+    first: int  # step
+    last: int  # step
+    vehicles: tuple[int, int]  # indices
     counted: bool  # whether the record counts it: it lasted into the evaluation window
 
 
@@ -108,11 +106,11 @@ class Vehicles(Struct, frozen=True):
     """What stays the same of each vehicle; the lists have an entry per vehicle."""
 
     id: list[str]
-    kind: list[Natural]  # index of its class
+    kind: list[int]  # index of its class
     robot: list[bool]
     movement: list[str]
-    first: list[Natural]  # the step in which it appears
-    steps: list[Natural]  # in how many steps it is there, one after another
+    first: list[int]  # the step in which it appears
+    steps: list[int]  # in how many steps it is there, one after another
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import pytest
 from factories.episodes import WITH_LIGHTS
 from PIL import Image
 
-from benchmark.pictures.replay.film import film
+from benchmark.pictures.replay import film
 from benchmark.pictures.replay.replay import Replay, recorded
 from benchmark.pictures.replay.trajectories import Trajectories
 from benchmark.plumbing.errors import TrajectoryError, UsageError

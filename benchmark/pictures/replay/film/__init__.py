@@ -1,1 +1,0 @@
-"""Recorded episodes as films for slides, drawn as the page that plays them draws them."""
