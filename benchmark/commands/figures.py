@@ -63,7 +63,8 @@ def draw_figures(
         if count and not asked:
             console.notice(f"{count} more {thing}s are left out; --{thing} chooses")
     target = out or folder / "figures"
-    files.make_folder(target)
+    with files.writing(target):
+        target.mkdir(parents=True, exist_ok=True)
     written = []
     for kind, path in gallery.write(data, logs, target, chosen, only or ()):
         if path is None:

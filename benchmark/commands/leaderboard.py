@@ -99,13 +99,12 @@ def capacity(
 def write_leaderboard(rows: "Sequence[Row]", out: Path) -> None:
     """Write the leaderboard into a results folder, as Markdown and as CSV."""
     from benchmark.plumbing.errors import StoreError
+    from benchmark.plumbing.files import writing
     from benchmark.reports import tables
 
-    try:
+    with writing(out, "the leaderboard", StoreError, remedy=""):
         (out / "LEADERBOARD.md").write_text(tables.markdown(rows), encoding="utf-8")
         (out / "leaderboard.csv").write_text(tables.as_csv(rows), encoding="utf-8")
-    except OSError as error:
-        raise StoreError(f"{out}: cannot write the leaderboard: {error.strerror}") from error
 
 
 def print_leaderboard(rows: "Sequence[Row]") -> None:

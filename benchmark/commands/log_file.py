@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from benchmark.commands import console
-from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import writing
 
 
 @contextmanager
@@ -24,13 +24,9 @@ def following(path: Path | None) -> Iterator[None]:
     if path is None:
         yield
         return
-    try:
+    with writing(path, remedy="choose another file with --log-file"):
         path.parent.mkdir(parents=True, exist_ok=True)
         handler = _Handler(path, encoding="utf-8")
-    except OSError as error:
-        raise UsageError(
-            f"{path}: cannot write: {error.strerror}; choose another file with --log-file"
-        ) from error
     handler.setFormatter(_Lines())
     root, own = logging.getLogger(), logging.getLogger("rightofway")
     root.addHandler(handler)

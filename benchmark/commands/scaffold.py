@@ -7,13 +7,13 @@ The templates are a whole package and a whole scenario that work as they are, un
 import keyword
 import re
 import sys
-import tempfile
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
 from benchmark import __version__
 from benchmark.control import plugins
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import UsageError
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -84,13 +84,8 @@ def _write(template: Path, target: Path, names: Mapping[str, str]) -> None:
     """Copy a file or a folder under new names; all of it appears at once, or nothing."""
     if target.exists() or target.is_symlink():
         raise UsageError(f"{target} is there already, and is left as it is; choose another name")
-    try:
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".new-") as workshop:
-            made = Path(workshop) / target.name
-            _copy(template, made, names)
-            made.rename(target)
-    except OSError as error:
-        raise UsageError(f"{target}: cannot write: {error.strerror}") from error
+    with files.writing(target, remedy=""), files.replaced(target) as draft:
+        _copy(template, draft, names)
 
 
 def _copy(template: Path, made: Path, names: Mapping[str, str]) -> None:

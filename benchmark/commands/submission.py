@@ -1,6 +1,5 @@
 """The commands ``rightofway submit`` and ``rightofway verify``."""
 
-import os
 import tempfile
 from contextlib import nullcontext
 from functools import partial
@@ -11,6 +10,7 @@ import typer
 
 from benchmark.commands import console, suites
 from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import UsageError
 from benchmark.study import study
 
@@ -101,12 +101,8 @@ def _check_target(target: Path, *, force: bool) -> None:
         raise UsageError(f"{target}: is a folder; give a file, such as bundle.zip")
     if target.exists() and not force:
         raise UsageError(f"{target}: exists; --force replaces it")
-    probe = target.with_name(f"{target.name}.{os.getpid()}")
-    try:
-        probe.write_bytes(b"")
-        probe.unlink()
-    except OSError as error:
-        raise UsageError(f"{target}: cannot write the bundle: {error.strerror}") from error
+    with files.writing(target, "the bundle", remedy=""):
+        files.probe(target.parent)
 
 
 def verify(

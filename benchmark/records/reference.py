@@ -5,12 +5,11 @@ made them. A results folder without one serves too; nothing then tells whether i
 """
 
 import hashlib
-import shutil
-import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import StoreError, UsageError
 from benchmark.records import provenance
 from benchmark.records.provenance import Provenance
@@ -97,19 +96,9 @@ def check_target(folder: Path) -> None:
         raise UsageError(
             f"{folder}: {min(foreign)} is no part of a reference and would be lost; move it away"
         )
-    with _staging(folder):
-        pass
-
-
-def _staging(folder: Path) -> "tempfile.TemporaryDirectory[str]":
-    """A new folder beside the reference, which goes away with what is left in it."""
-    try:
+    with files.writing(folder, "beside it", StoreError, "choose another folder with --out"):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        return tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent)
-    except OSError as error:
-        raise StoreError(
-            f"{folder}: cannot write beside it: {error.strerror}; choose another folder with --out"
-        ) from error
+        files.probe(folder.parent)
 
 
 def write(folder: Path, records: Sequence[Record], made: Provenance) -> None:
@@ -123,13 +112,8 @@ def write(folder: Path, records: Sequence[Record], made: Provenance) -> None:
     Raises:
         StoreError: the disk refuses; the old reference stays.
     """
-    folder = folder.resolve()
-    with _staging(folder) as staging:
-        try:
-            _fill(Path(staging, "new"), records, made)
-            _exchange(folder, Path(staging, "new"), Path(f"{staging}.old"))
-        except OSError as error:
-            raise StoreError(f"{folder}: cannot write the reference: {error.strerror}") from error
+    with files.writing(folder, "the reference", StoreError, ""), files.replaced(folder) as draft:
+        _fill(draft, records, made)
 
 
 def _fill(folder: Path, records: Iterable[Record], made: Provenance) -> None:
@@ -140,15 +124,3 @@ def _fill(folder: Path, records: Iterable[Record], made: Provenance) -> None:
         store.append(record.model_copy(update={"wall_time": 0.0}))
     facts = {"episodes": len(ordered), "records_hash": records_hash(folder)}
     (folder / FILE).write_text(made.model_copy(update=facts).as_toml(), encoding="utf-8")
-
-
-def _exchange(folder: Path, fresh: Path, retired: Path) -> None:
-    """Two renames; whatever happens between them, the old folder comes back."""
-    try:
-        if folder.exists():
-            folder.rename(retired)
-        fresh.rename(folder)
-    finally:
-        if retired.exists() and not folder.exists():
-            retired.rename(folder)
-        shutil.rmtree(retired, ignore_errors=True)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from benchmark.plumbing.errors import StoreError
+from benchmark.plumbing.files import prepare_folder, writing
 from benchmark.plumbing.messages import explain
 from benchmark.records import files as record_files
 from benchmark.records import table as frame
@@ -52,7 +53,7 @@ class Store:
         """
         from filelock import FileLock, Timeout
 
-        with _or_refuse(self.folder):
+        with writing(self.folder, "records", StoreError, "choose another folder"):
             self.records_folder.mkdir(parents=True, exist_ok=True)
             lock = FileLock(self.records_folder / ".lock")
             try:
@@ -79,11 +80,7 @@ class Store:
         Raises:
             StoreError: the folder cannot be made or written.
         """
-        probe = self.records_folder / ".probe"
-        with _or_refuse(self.records_folder):
-            self.records_folder.mkdir(parents=True, exist_ok=True)
-            probe.write_text("")
-            probe.unlink()
+        prepare_folder(self.records_folder, "records")
         for path in self._files():
             if not record_files.is_packed(path):
                 self._set_aside_torn_line(path)
@@ -230,17 +227,6 @@ class Store:
 def _stem(scenario: str) -> str:
     """The name of a scenario's files."""
     return re.sub(r"[^A-Za-z0-9_.-]+", "-", scenario)
-
-
-@contextmanager
-def _or_refuse(folder: Path) -> Iterator[None]:
-    """What the disk refuses names the folder."""
-    try:
-        yield
-    except OSError as error:
-        raise StoreError(
-            f"{folder}: cannot write records: {error.strerror}; choose another folder"
-        ) from error
 
 
 def _bytes(path: Path) -> bytes:

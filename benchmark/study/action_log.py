@@ -7,7 +7,6 @@ second and, unlike pyarrow, brings no second copy of the libarrow that libsumo i
 
 import hashlib
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import ActionLogError, ScenarioError, StoreError
 from benchmark.records.record import Record
 from benchmark.scenario import scenario as scenarios
@@ -64,15 +64,7 @@ def prepare(folder: Path) -> None:
     Raises:
         StoreError: the folder cannot be made or written.
     """
-    probe = folder / ".probe"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.write_text("")
-        probe.unlink()
-    except OSError as error:
-        raise StoreError(
-            f"{folder}: cannot write action logs: {error.strerror}; choose another folder"
-        ) from error
+    files.prepare_folder(folder, "action logs")
 
 
 def write(folder: Path, recording: Recording, record: Record, scenario: Scenario) -> Path:
@@ -90,21 +82,14 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
     }
     head["sha256"] = _digest(head, rows)
     path = folder / name_of(record.episode)
-    beside = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
+    with files.writing(path, "the action log", StoreError, ""), files.replaced(path) as draft:
         rows.write_parquet(
-            beside,
+            draft,
             compression="zstd",
             compression_level=9,
             statistics=False,
             metadata={KEY: json.dumps(head, separators=(",", ":"))},
         )
-        beside.replace(path)
-    except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise StoreError(
-            f"{path}: cannot write the action log: {error.strerror or error}"
-        ) from error
     return path
 
 

@@ -2,15 +2,13 @@
 
 import hashlib
 import os
-import shutil
 import subprocess
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from benchmark.plumbing.cache import cache_folder
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import NetworkError, StoreError
 
 
@@ -67,23 +65,7 @@ def cached(kind: str, key: str, build: Callable[[Path], None]) -> Path:
     Raises:
         StoreError: the cache folder cannot be written.
     """
-    place = cache_folder() / kind / key
-    if place.is_dir():
-        return place
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=".draft-", dir=place.parent))
-    except OSError as error:
-        raise StoreError(
-            f"{place.parent}: cannot write the cache: {error.strerror}; "
-            "set RIGHTOFWAY_CACHE to a folder you can write"
-        ) from error
-    try:
-        build(draft)
-        draft.rename(place)
-    except OSError:
-        if not place.is_dir():  # unless another process built it meanwhile
-            raise
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
-    return place
+    place = files.cache_folder() / kind / key
+    remedy = "set RIGHTOFWAY_CACHE to a folder you can write"
+    with files.writing(place.parent, "the cache", StoreError, remedy):
+        return files.made_once(place, build)

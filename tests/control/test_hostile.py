@@ -15,8 +15,8 @@ from benchmark.control import plugins
 from benchmark.control.isolation import landlock, seccomp
 from benchmark.control.isolation.limits import Limits
 from benchmark.control.isolation.remote import declared
-from benchmark.plumbing import cache
 from benchmark.plumbing.errors import ControllerError
+from benchmark.plumbing.files import cache_folder
 from benchmark.records.record import Record
 from benchmark.study.episode import Episode, run
 from benchmark.study.episodes import run_all
@@ -143,7 +143,7 @@ def test_other_processes_and_the_network_are_out_of_reach() -> None:
 def test_files_that_are_not_its_own_are_out_of_reach(site: Path) -> None:
     roads = network.build(smoke("tee"))
     routes = demand.build(smoke("tee"), roads, 1).path
-    assert cache.cache_folder() in routes.parents
+    assert cache_folder() in routes.parents
     (site / "cache.txt").write_text(str(routes))
     deeds = ("read_cache", "read_secret", "write", "delete")
     assert told(attack("reach-files")) == dict.fromkeys(deeds, "PermissionError")

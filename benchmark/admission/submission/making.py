@@ -1,6 +1,5 @@
 """Makes a bundle: what a controller, its package and the command line say, and what was run."""
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from email.utils import getaddresses
@@ -15,6 +14,7 @@ from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import plugins
 from benchmark.control.plugins import Plugin
 from benchmark.control.training import Training
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import BundleError
 from benchmark.records.record import Record, Versions
 
@@ -134,13 +134,8 @@ def write(target: Path, subject: Subject, results: Path, records: Sequence[Recor
         )
     members = dict(_members(subject, results))
     said = _manifest(subject, good[0], members)
-    beside = target.with_name(f"{target.name}.{os.getpid()}")
-    try:
-        archive.write(beside, {manifest.NAME: said.text().encode(), **members})
-        beside.replace(target)
-    except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise BundleError(f"{target}: cannot write the bundle: {error.strerror}") from error
+    with files.writing(target, "the bundle", BundleError, ""), files.replaced(target) as draft:
+        archive.write(draft, {manifest.NAME: said.text().encode(), **members})
 
 
 def _members(subject: Subject, results: Path) -> Sequence[tuple[str, Path]]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmark.control import reference as naming
-from benchmark.plumbing.cache import cache_folder
+from benchmark.plumbing.files import cache_folder
 
 SYSTEM = (
     *("/usr/lib", "/usr/lib32", "/usr/lib64", "/usr/local/lib", "/usr/share/zoneinfo"),

@@ -1,6 +1,5 @@
 """Episodes to look at: run and recorded, shown in a notebook, as pages and as films."""
 
-import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -12,6 +11,7 @@ from benchmark.pictures.replay import film
 from benchmark.pictures.replay.page import page
 from benchmark.pictures.replay.recorder import Recorder
 from benchmark.pictures.replay.trajectories import Trajectories
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import StoreError, TrajectoryError, UsageError
 from benchmark.records.record import Record
 from benchmark.reports.site import replays
@@ -152,15 +152,7 @@ def prepare(pages: Path) -> None:
     Raises:
         StoreError: the folder cannot be made or written.
     """
-    probe = pages / ".probe"
-    try:
-        pages.mkdir(parents=True, exist_ok=True)
-        probe.write_text("")
-        probe.unlink()
-    except OSError as error:
-        raise StoreError(
-            f"{pages}: cannot write replays: {error.strerror}; choose another folder"
-        ) from error
+    files.prepare_folder(pages, "replays")
 
 
 def name_of(episode: Key) -> str:
@@ -177,15 +169,8 @@ def is_kept(pages: Path, episode: Key, identity: str) -> bool:
 
 def _write(path: Path, text: str) -> Path:
     """Write a file, whole or not at all."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
+    with files.writing(path, "the replay"):
         path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(text, encoding="utf-8", errors="replace")
-        beside.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            beside.unlink(missing_ok=True)
-        raise UsageError(
-            f"{path}: cannot write the replay: {error.strerror}; choose another file"
-        ) from error
+        with files.replaced(path) as draft:
+            draft.write_text(text, encoding="utf-8", errors="replace")
     return path

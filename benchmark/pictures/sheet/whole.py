@@ -21,6 +21,7 @@ from benchmark.pictures.sheet.sheet import (
     styled,
 )
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import writing
 from benchmark.scenario.scenario import Scenario
 from benchmark.sumo import network
 from benchmark.sumo.webster import peak
@@ -49,14 +50,9 @@ def draw(scenario: Scenario, target: Path) -> None:
     with styled():
         figure = _figure(scenario)
         metadata = {"Date": None, "Title": plain(scenario.title)} if form == "svg" else {}
-        try:
+        with writing(target, "the drawing", remedy="choose another file with --output"):
             target.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(target, format=form, dpi=180, metadata=metadata)
-        except OSError as error:
-            raise UsageError(
-                f"{target}: cannot write the drawing: {error.strerror}; "
-                "choose another file with --output"
-            ) from error
 
 
 def panels(scenario: Scenario) -> dict[str, str]:

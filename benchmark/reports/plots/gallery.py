@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import writing
 from benchmark.reports.plots import comparison, style, traffic, training, waiting
 from benchmark.reports.plots.data import REFERENCE, Data
 from benchmark.reports.tables import percent
@@ -110,12 +110,8 @@ def write_page(data: Data, written: Sequence[tuple[Kind, Path]], folder: Path) -
     for kind, path in written:
         lines += [f"## {kind.name.capitalize()}", "", f"![{_plain(kind.caption)}]({path.name})", ""]
         lines += [_placed(kind, data), ""]
-    try:
+    with writing(folder / PAGE, remedy="choose another folder with --out"):
         (folder / PAGE).write_text("\n".join(lines), encoding="utf-8")
-    except OSError as error:
-        raise UsageError(
-            f"{folder / PAGE}: cannot write: {error.strerror}; choose another folder with --out"
-        ) from error
 
 
 def _placed(kind: Kind, data: Data) -> str:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import writing
 
 Format = Literal["png", "svg", "pdf"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -64,12 +64,8 @@ def save(figure: Figure, target: Path) -> None:
         UsageError: the file cannot be written.
     """
     form = target.suffix[1:]
-    try:
+    with writing(target, "the figure", remedy="choose another folder with --out"):
         figure.savefig(target, format=form, dpi=RESOLUTION, metadata=NO_DATES[form])
-    except OSError as error:
-        raise UsageError(
-            f"{target}: cannot write the figure: {error.strerror}; choose another folder with --out"
-        ) from error
 
 
 def panels(

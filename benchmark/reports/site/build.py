@@ -1,7 +1,6 @@
 """Contents -> a folder of pages: rendered beside the old site, then put in its place."""
 
 import shutil
-import tempfile
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 
 from benchmark import __version__
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import replaced, writing
 from benchmark.reports import tables
 from benchmark.reports.site import charts, citation
 from benchmark.reports.site.contents import Contents
@@ -44,26 +44,10 @@ def build(contents: Contents, folder: Path) -> int:
         UsageError: as ``check_target``, or the disk refuses.
     """
     check_target(folder)
-    folder = folder.resolve()
-    try:
+    with writing(folder, "the site", remedy="choose another folder with --output"):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{folder.name}-", dir=folder.parent) as staging:
-            fresh, retired = Path(staging, "new"), Path(staging, "old")
-            count = _fill(contents, fresh)
-            if folder.exists():
-                folder.rename(retired)
-            try:
-                fresh.rename(folder)
-            except OSError:
-                if retired.exists():
-                    retired.rename(folder)
-                raise
-    except OSError as error:
-        raise UsageError(
-            f"{folder}: cannot write the site: {error.strerror}; "
-            "choose another folder with --output"
-        ) from error
-    return count
+        with replaced(folder) as draft:
+            return _fill(contents, draft)
 
 
 def _fill(contents: Contents, folder: Path) -> int:
