@@ -6,7 +6,7 @@ from typing import Literal
 
 from baselines.hierarchical.hierarchy import Hierarchy, Low, Training
 from baselines.hierarchical.observation import SIZE, LateralObserver
-from baselines.hierarchical.policy import Observer
+from baselines.hierarchical.policy import LowLevelObserver
 from baselines.hierarchical.safety import with_braking
 from baselines.wang.controller import Wang
 from benchmark.control.arbitration import can_stop, held_by_conflict
@@ -65,15 +65,15 @@ class Hierarchical(Hierarchy):
     def _entering(self, state: TrafficState) -> Collection[str]:
         """RVs that the top level lets go and no conflict holds back, or that cannot stop."""
         movements = {ego.movement for ego in state.deciding}
-        held = {name: held_by_conflict(state, name) for name in movements}
-        free = [ego for ego in state.deciding if not (held[ego.movement] and can_stop(ego))]
+        blocked = {name: held_by_conflict(state, name) for name in movements}
+        free = [ego for ego in state.deciding if not (blocked[ego.movement] and can_stop(ego))]
         return self._wang.going(state, free) if self._wang else {ego.id for ego in free}
 
     def concerned(self, state: TrafficState) -> Iterable[Vehicle]:
         """The RVs in the decision zone."""
         return state.deciding
 
-    def _observer(self) -> Observer:
+    def _observer(self) -> LowLevelObserver:
         return LateralObserver(self._intersection)
 
     def _limited(self, ego: Vehicle, acceleration: float) -> float:

@@ -15,7 +15,7 @@ from baselines.hierarchical.policy import (
     Forward,
     Learned,
     LowLevel,
-    Observer,
+    LowLevelObserver,
     Random,
     shapes,
 )
@@ -78,7 +78,7 @@ class Hierarchy(Controller):
         """The RVs that the low level may drive, those that may enter just now included."""
 
     @abstractmethod
-    def _observer(self) -> Observer:
+    def _observer(self) -> LowLevelObserver:
         """What the low level sees with."""
 
     @abstractmethod

@@ -66,7 +66,7 @@ class LocalObserver:
         """
         robots = sum(vehicle.is_robot for vehicle in state.vehicles)
         share = robots / max(1, len(state.vehicles))
-        inside = sum(one.speed < STATIONARY for one in state.inside)
+        inside = sum(crossing.speed < STATIONARY for crossing in state.inside)
         standing = self._standing()
         rows = [
             (
@@ -85,18 +85,18 @@ class LocalObserver:
             ego.distance / FAR,
             ego.speed / FAST,
             ego.waiting / LONG,
-            ego.movement.endswith("L"),
+            self._intersection.movements[ego.movement].turn == "L",
             ego.id in self._refused,
             inside / MANY,
         )
 
     def _standing(self) -> dict[str, int]:
         """Standing vehicles by approach."""
-        found = dict.fromkeys((lane.approach for lane in self._intersection.lanes.values()), 0)
+        standing = dict.fromkeys((lane.approach for lane in self._intersection.lanes.values()), 0)
         for name, vehicles in self._lanes.items():
             approach = self._intersection.lanes[name].approach
-            found[approach] += sum(one.speed < STATIONARY for one in vehicles)
-        return found
+            standing[approach] += sum(vehicle.speed < STATIONARY for vehicle in vehicles)
+        return standing
 
     def _side(self, ego: Vehicle, index: int) -> tuple[float, ...]:
         lane = self._beside[ego.lane][index]
@@ -108,15 +108,15 @@ class LocalObserver:
         """A lane from the place of an ego, which may be on it."""
         led, unled, followers = False, 0, 0
         ahead, behind, speed = FAR, FAR, FAST
-        for one in self._lanes.get(lane, ()):
-            if one.id == ego.id:
+        for vehicle in self._lanes.get(lane, ()):
+            if vehicle.id == ego.id:
                 continue
-            gap = ego.distance - one.distance
+            gap = ego.distance - vehicle.distance
             if gap >= 0:
-                led |= one.is_robot
+                led |= vehicle.is_robot
                 unled += not led
-                ahead, speed = gap, one.speed
-            elif one.is_robot:
+                ahead, speed = gap, vehicle.speed
+            elif vehicle.is_robot:
                 behind = min(behind, -gap)
                 break
             else:
@@ -125,12 +125,12 @@ class LocalObserver:
         return Beside(led, unled, 0 if led else followers, ahead, behind, speed)
 
 
-def _numbers(one: Beside) -> tuple[float, ...]:
+def _numbers(place: Beside) -> tuple[float, ...]:
     return (
-        one.led,
-        one.unled / MANY,
-        one.followers / MANY,
-        one.ahead / FAR,
-        one.behind / FAR,
-        one.speed / FAST,
+        place.led,
+        place.unled / MANY,
+        place.followers / MANY,
+        place.ahead / FAR,
+        place.behind / FAR,
+        place.speed / FAST,
     )

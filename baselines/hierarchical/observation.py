@@ -49,9 +49,9 @@ class LateralObserver:
             Shape (egos, ``SIZE``): the paper's 97 numbers of the high level, whose last is the
             distance, then 1 where an RV is on the lane to the left, and to the right.
         """
-        found = np.zeros((len(egos), SIZE), dtype=np.float32)
-        found[:, :-2] = self._macroscopic.observe(state, egos)
-        led = {one.lane for one in state.vehicles if one.is_robot}
-        for row, ego in zip(found, egos, strict=True):
+        rows = np.zeros((len(egos), SIZE), dtype=np.float32)
+        rows[:, :-2] = self._macroscopic.observe(state, egos)
+        led = {vehicle.lane for vehicle in state.vehicles if vehicle.is_robot}
+        for row, ego in zip(rows, egos, strict=True):
             row[-2:] = [lane in led for lane in self._beside.get(ego.lane, (None, None))]
-        return found
+        return rows

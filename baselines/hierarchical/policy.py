@@ -14,7 +14,7 @@ LEFT = -RIGHT
 """Thresholds of the second action: below ``LEFT`` to the left, above ``RIGHT`` to the right."""
 
 
-class Observer(Protocol):
+class LowLevelObserver(Protocol):
     """Turns traffic into what the low level sees."""
 
     def observe(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
@@ -53,7 +53,7 @@ class Random:
         return self._random.uniform(-1.0, 1.0, (len(egos), 2)).astype(np.float32)
 
 
-class Network:
+class ActionNetwork:
     """Layers of tanh and a linear one: the mean of a Gaussian policy.
 
     Args:
@@ -71,11 +71,11 @@ class Network:
 
     def means(self, observations: Numbers) -> Numbers:
         """The mean action (rows, 2) for each row, not clipped."""
-        found = observations
+        hidden = observations
         for weight, bias in self._hidden:
-            found = np.tanh(found @ weight.T + bias)
+            hidden = np.tanh(hidden @ weight.T + bias)
         weight, bias = self._action
-        action: Numbers = found @ weight.T + bias
+        action: Numbers = hidden @ weight.T + bias
         return action
 
 
@@ -86,10 +86,10 @@ def shapes(size: int, hidden: Sequence[int]) -> dict[str, tuple[int, ...]]:
         size: of an observation.
         hidden: widths of the layers.
     """
-    found: dict[str, tuple[int, ...]] = {}
+    arrays: dict[str, tuple[int, ...]] = {}
     for index, (before, after) in enumerate(zip([size, *hidden], hidden, strict=False)):
-        found |= {f"hidden.{index}.weight": (after, before), f"hidden.{index}.bias": (after,)}
-    return found | {"action.weight": (2, hidden[-1]), "action.bias": (2,)}
+        arrays |= {f"hidden.{index}.weight": (after, before), f"hidden.{index}.bias": (after,)}
+    return arrays | {"action.weight": (2, hidden[-1]), "action.bias": (2,)}
 
 
 class Learned:
@@ -100,8 +100,8 @@ class Learned:
         observer: of what it sees.
     """
 
-    def __init__(self, arrays: Mapping[str, Numbers], observer: Observer) -> None:
-        self._network, self._observer = Network(arrays), observer
+    def __init__(self, arrays: Mapping[str, Numbers], observer: LowLevelObserver) -> None:
+        self._network, self._observer = ActionNetwork(arrays), observer
 
     def __call__(self, state: TrafficState, egos: Sequence[Vehicle]) -> Numbers:
         """The mean action for each ego, clipped to [-1, 1]."""

@@ -90,7 +90,7 @@ def advantages(trajectory: Trajectory, values: Numbers, discount: float, decay: 
 
 
 def arrays(model: PPO) -> Arrays:
-    """The policy as ``baselines.hierarchical.policy.Network`` reads it."""
+    """The policy as ``baselines.hierarchical.policy.ActionNetwork`` reads it."""
     state = model.policy.state_dict()
     plain = {name: tensor.detach().numpy().copy() for name, tensor in state.items()}
     policy: Arrays = {}

@@ -1,5 +1,6 @@
 """What RVs earn for what the traffic is like after each step."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from pydantic import Field
@@ -8,7 +9,7 @@ from benchmark.control.state import STATIONARY, TrafficState, Vehicle
 from benchmark.plumbing.models import Table
 
 
-class Reward(Table):
+class DrivingReward(Table):
     """What an RV earns in a step; only the first part is published (paper, "Reward").
 
     The published part is the team's. The others tell an RV what it can change: the lanes of its own
@@ -31,7 +32,7 @@ class Earnings:
         reward: its parts.
     """
 
-    def __init__(self, reward: Reward) -> None:
+    def __init__(self, reward: DrivingReward) -> None:
         self._reward = reward
         self._before: dict[str, tuple[str, int]] = {}  # lane, and HVs that it alone led there
 
@@ -43,9 +44,9 @@ class Earnings:
             egos: RVs that are still there.
         """
         reward = self._reward
-        normalised = (min(1.0, one.waiting / reward.longest_wait) for one in state.vehicles)
+        normalised = (min(1.0, vehicle.waiting / reward.longest_wait) for vehicle in state.vehicles)
         team = -reward.waiting * sum(normalised)
-        standing = _standing(state) if reward.standing else {}
+        standing = _standing(state) if reward.standing else Counter()
         led = led_alone(state) if reward.leads else {}
         lanes = state.intersection.lanes
         earned = {}
@@ -54,7 +55,7 @@ class Earnings:
             fastest = lane.speed_limit if lane else ego.body.maximum_speed
             earned[ego.id] = (
                 team
-                - reward.standing * (standing.get(lane.approach, 0) if lane else 0)
+                - reward.standing * (standing[lane.approach] if lane else 0)
                 + reward.leads * self._claimed(ego, led)
                 - reward.pace * max(0.0, 1.0 - ego.speed / fastest)
             )
@@ -68,13 +69,14 @@ class Earnings:
         return 0 if lane == ego.lane else now[1] - before
 
 
-def _standing(state: TrafficState) -> dict[str, int]:
+def _standing(state: TrafficState) -> Counter[str]:
     """Vehicles that stand before the entrance, by approach."""
-    lanes, found = state.intersection.lanes, dict[str, int]()
-    for one in state.vehicles:
-        if one.speed < STATIONARY and (lane := lanes.get(one.lane)) is not None:
-            found[lane.approach] = found.get(lane.approach, 0) + 1
-    return found
+    lanes = state.intersection.lanes
+    return Counter(
+        lanes[vehicle.lane].approach
+        for vehicle in state.vehicles
+        if vehicle.speed < STATIONARY and vehicle.lane in lanes
+    )
 
 
 def led_alone(state: TrafficState) -> dict[str, int]:
@@ -83,13 +85,13 @@ def led_alone(state: TrafficState) -> dict[str, int]:
     The first RV of a lane leads the HVs behind it, up to the next RV; any other RV adds nobody.
     """
     by_lane: dict[str, list[Vehicle]] = {}
-    for one in state.vehicles:
-        by_lane.setdefault(one.lane, []).append(one)
-    found = {}
+    for vehicle in state.vehicles:
+        by_lane.setdefault(vehicle.lane, []).append(vehicle)
+    led = {}
     for vehicles in by_lane.values():
-        vehicles.sort(key=lambda one: one.distance)
-        robots = [place for place, one in enumerate(vehicles) if one.is_robot]
+        vehicles.sort(key=lambda vehicle: vehicle.distance)
+        robots = [place for place, vehicle in enumerate(vehicles) if vehicle.is_robot]
         if robots:
             first, end = robots[0], (*robots, len(vehicles))[1]
-            found[vehicles[first].id] = end - first - 1
-    return found
+            led[vehicles[first].id] = end - first - 1
+    return led

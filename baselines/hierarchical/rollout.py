@@ -11,8 +11,8 @@ import numpy as np
 
 from baselines.hierarchical.controller import Hierarchical
 from baselines.hierarchical.hierarchy import Hierarchy
-from baselines.hierarchical.policy import Network, Observer
-from baselines.hierarchical.reward import Earnings, Reward
+from baselines.hierarchical.policy import ActionNetwork, LowLevelObserver
+from baselines.hierarchical.reward import DrivingReward, Earnings
 from baselines.hierarchical.tuned import HierarchicalTuned
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers
@@ -34,7 +34,7 @@ class Exercise:
     rate: float
     seed: int  # of the traffic and of exploration
     arrays: Mapping[str, Numbers]  # of the policy, with "spread" where it explores
-    reward: Reward = field(default_factory=Reward)
+    reward: DrivingReward = field(default_factory=DrivingReward)
     gridlock_after: float = GRIDLOCK_AFTER  # s
 
 
@@ -56,8 +56,10 @@ class Explorer:
         seed: of the draws.
     """
 
-    def __init__(self, arrays: Mapping[str, Numbers], observer: Observer, seed: int) -> None:
-        self._network, self._observer = Network(arrays), observer
+    def __init__(
+        self, arrays: Mapping[str, Numbers], observer: LowLevelObserver, seed: int
+    ) -> None:
+        self._network, self._observer = ActionNetwork(arrays), observer
         self._spread = arrays.get("spread")
         self._random = np.random.default_rng(seed)
         self.paths: dict[str, _Path] = {}

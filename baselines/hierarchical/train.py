@@ -16,7 +16,7 @@ from pydantic import Field, PositiveInt
 from stable_baselines3 import PPO
 
 from baselines.hierarchical import ppo
-from baselines.hierarchical.reward import Reward
+from baselines.hierarchical.reward import DrivingReward
 from baselines.hierarchical.rollout import KINDS, Exercise, play
 from benchmark.learning.rollout import Played
 from benchmark.learning.rounds import LearnerSettings, Rounds, RunSettings, SpacesOnly
@@ -44,7 +44,7 @@ class PPOSettings(LearnerSettings):
 class HierarchicalSettings(RunSettings):
     """All settings of a run; ``hierarchical.toml`` holds the shipped ones."""
 
-    reward: Reward = Reward()
+    reward: DrivingReward = DrivingReward()
     learner: PPOSettings
 
 

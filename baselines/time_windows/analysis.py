@@ -23,12 +23,12 @@ def shares(scenario: Scenario, rate: float, seeds: Sequence[int]) -> Iterator[tu
     in_the_way: Counter[str] = Counter()
     refusals = 0
     for seed in seeds:
-        found = watched(scenario, rate, seed)
-        for one in found.passings.values():
-            if one.entered:
-                entered["RVs" if one.is_robot else LED if one.led else UNLED] += 1
-        in_the_way += found.in_the_way
-        refusals += found.refusals
+        traffic = watched(scenario, rate, seed)
+        for passing in traffic.passings.values():
+            if passing.entered:
+                entered["RVs" if passing.is_robot else LED if passing.led else UNLED] += 1
+        in_the_way += traffic.in_the_way
+        refusals += traffic.refusals
     for kind in ("RVs", LED, UNLED):
         yield f"entered: {kind}", 100 * entered[kind] / max(1, entered.total())
     for kind, count in sorted(in_the_way.items()):

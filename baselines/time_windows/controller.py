@@ -9,7 +9,7 @@ from pydantic import NonNegativeFloat, NonNegativeInt, PositiveFloat
 from baselines.time_windows.lane_changes import lane_changes, speeding_up
 from baselines.time_windows.prediction import Predictor
 from baselines.time_windows.queues import Platoon, Queue, survey, to_the_line
-from baselines.time_windows.ranking import Ranking, Weights
+from baselines.time_windows.ranking import Ranking, RankWeights
 from baselines.time_windows.reservations import Ledger, Margins
 from baselines.time_windows.stretches import lane_conflicts, movement_conflicts
 from benchmark.control.controller import Command, Controller, Drive
@@ -98,7 +98,7 @@ class TimeWindows(Controller):
         self._prediction = (acceleration, headway, creeping, creeping_delay)
         self._look_ahead, self._followers, self.braking = look_ahead, followers, braking
         self._margins = Margins(after, before, growth, look_ahead, yielding)
-        self._weights = Weights(
+        self._weights = RankWeights(
             *(waiting_weight, longest_waiting, flowing, joining, green, green_gap, patience)
         )
         self._later_slots = later_slots
@@ -124,26 +124,26 @@ class TimeWindows(Controller):
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """Refused RVs brake, some change lanes, and all others drive by themselves."""
-        found = self.decide(state)
-        commands: dict[str, Command] = dict(self._brake(found.refused))
+        decisions = self.decide(state)
+        commands: dict[str, Command] = dict(self._brake(decisions.refused))
         if self._spread:
-            decided = {vehicle.id for vehicle in (*found.accepted, *found.refused)}
-            commands |= self._change_lanes(found.queues, decided)
+            decided = {vehicle.id for vehicle in (*decisions.accepted, *decisions.refused)}
+            commands |= self._change_lanes(decisions.queues, decided)
         return commands
 
     def decide(self, state: TrafficState) -> Decisions:
         """Who may enter now and who may not, and take note of it."""
         now = survey(state, self._ways, self._predictor, self._look_ahead)
-        found = Decisions(now.queues)
+        decisions = Decisions(now.queues)
         heads: list[Vehicle] = []
         if any(queue.platoons for queue in now.queues):
             ledger = Ledger(self._predictor.windows(now.passages), self._margins)
             ledger.reserve(now.committed)
-            heads = self._arbitrate(ledger, found, state.time)
-        self._ranking.remember(found.accepted, heads, state.time)
-        return found
+            heads = self._arbitrate(ledger, decisions, state.time)
+        self._ranking.remember(decisions.accepted, heads, state.time)
+        return decisions
 
-    def _arbitrate(self, ledger: Ledger, found: Decisions, time: float) -> list[Vehicle]:
+    def _arbitrate(self, ledger: Ledger, decisions: Decisions, time: float) -> list[Vehicle]:
         """Fill in who is accepted and who refused.
 
         Returns:
@@ -151,14 +151,14 @@ class TimeWindows(Controller):
         """
         heads: list[Vehicle] = []
         slots = self._later_slots
-        for queue in self._ranking.order(found.queues, time):
+        for queue in self._ranking.order(decisions.queues, time):
             first = queue.platoons[0]
             for platoon in queue.platoons:
                 if self._can_pass(ledger, platoon):
                     ledger.reserve(_bits(platoon))
-                    found.accepted.append(platoon.leader)
+                    decisions.accepted.append(platoon.leader)
                     continue
-                found.refused.append(platoon.leader)
+                decisions.refused.append(platoon.leader)
                 if platoon is first:
                     heads.append(platoon.leader)
                     if self._ranking.overdue(queue, time):

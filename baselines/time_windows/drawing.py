@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.time_windows.stretches import Conflicts
-from baselines.time_windows.watched import Watched, watched
+from baselines.time_windows.watched import WatchedTimeWindows, watched
 from benchmark.pictures import geometry
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
-from benchmark.sumo import network
+from benchmark.sumo import ground, network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,16 +24,16 @@ CROSSING = ("#0072B2", "#009E73")  # the two ways of the conflict
 LONG = 60.0  # s that are drawn
 
 
-def busiest(found: Watched) -> tuple[int, int, float]:
+def busiest(traffic: WatchedTimeWindows) -> tuple[int, int, float]:
     """The two ways, and the time from which on, in which most RVs with windows take turns."""
     counts: dict[tuple[int, int, int], list[int]] = {}
-    last = max(one.track[-1][0] for one in found.passings.values())
-    for one in found.passings.values():
-        for other, (enters, _) in one.windows.items():
+    last = max(passing.track[-1][0] for passing in traffic.passings.values())
+    for passing in traffic.passings.values():
+        for other, (enters, _) in passing.windows.items():
             minute = int(enters // LONG)
             if minute == 0 or (minute + 1) * LONG <= last:
-                pair = (min(one.way, other), max(one.way, other), minute)
-                counts.setdefault(pair, [0, 0])[one.way > other] += 1
+                pair = (min(passing.way, other), max(passing.way, other), minute)
+                counts.setdefault(pair, [0, 0])[passing.way > other] += 1
     if not counts:
         raise UsageError("no RV held a window; give a higher rate")
     first, second, minute = max(counts, key=lambda key: (min(counts[key]), key))
@@ -44,25 +44,25 @@ def draw(scenario: Scenario, rate: float, seed: int, target: Path) -> None:
     """Draw the windows of the busiest conflict over time, and where it is."""
     from matplotlib.figure import Figure
 
-    found = watched(scenario, rate, seed)
-    one, other, begin = busiest(found)
+    traffic = watched(scenario, rate, seed)
+    way, other, begin = busiest(traffic)
     figure = Figure(figsize=(12.0, 3.6), dpi=130, layout="constrained")
     plan, time = figure.subplots(1, 2, width_ratios=(1, 3.2))
-    _plan(plan, scenario, found.conflicts, (one, other))
-    _time(time, found, (one, other), begin)
+    _plan(plan, scenario, traffic.conflicts, (way, other))
+    _time(time, traffic, (way, other), begin)
     time.set_title(f"{scenario.name}, {100 * rate:g} % RVs, seed {seed}", fontsize=9)
     figure.savefig(target)
 
 
 def _plan(axes: "Axes", scenario: Scenario, conflicts: Conflicts, pair: tuple[int, int]) -> None:
     """The intersection with two ways and the stretches on which they meet."""
-    from benchmark.pictures import axes as drawing
+    from benchmark.pictures.axes import ASPHALT, Scene, draw_asphalt, draw_stop_lines
 
     roads = network.build(scenario)
     (junction,) = roads.junctions.values()
-    site = drawing.Site(scenario, junction, network.surroundings(roads))
-    drawing.draw_asphalt(axes, site, drawing.ASPHALT)
-    drawing.draw_stop_lines(axes, site)
+    scene = Scene(scenario, junction, ground.surroundings(roads))
+    draw_asphalt(axes, scene, ASPHALT)
+    draw_stop_lines(axes, scene)
     for (way, other), colour in zip((pair, pair[::-1]), CROSSING, strict=True):
         line = geometry.points(conflicts.ways[way].shape)
         axes.plot(*line.T, color=colour, linewidth=1.2)
@@ -72,29 +72,31 @@ def _plan(axes: "Axes", scenario: Scenario, conflicts: Conflicts, pair: tuple[in
         if stretch is not None:
             axes.plot(*stretch.T, color=colour, linewidth=6, alpha=0.5, solid_capstyle="butt")
         axes.annotate(conflicts.movements[way], line[0], color=colour, fontsize=9, weight="bold")
-    (x, y), reach = site.centre, site.radius + 4
+    (x, y), reach = scene.centre, scene.radius + 4
     axes.set(xlim=(x - reach, x + reach), ylim=(y - reach, y + reach), xticks=[], yticks=[])
     axes.set_aspect("equal")
     axes.set_title("the two ways and the stretches they share", fontsize=9)
 
 
-def _time(axes: "Axes", found: Watched, pair: tuple[int, int], begin: float) -> None:
+def _time(axes: "Axes", traffic: WatchedTimeWindows, pair: tuple[int, int], begin: float) -> None:
     """Windows held, times on the stretch and refusals, a row for each of the two ways."""
-    conflicts = found.conflicts
+    conflicts = traffic.conflicts
     for row, (way, other) in enumerate((pair, pair[::-1])):
         stretch = float(conflicts.start[way, other]), float(conflicts.end[way, other])
-        for one in found.passings.values():
-            if one.way != way or one.track[-1][1] < stretch[0]:
+        for passing in traffic.passings.values():
+            if passing.way != way or passing.track[-1][1] < stretch[0]:
                 continue
-            enters, leaves = one.on(stretch)
-            colour = ROBOT if one.is_robot else HUMAN
+            enters, leaves = passing.on(stretch)
+            colour = ROBOT if passing.is_robot else HUMAN
             axes.broken_barh([(enters, leaves - enters)], (row - 0.16, 0.32), facecolor=colour)
-            if one.windows:
-                starts, ends = one.windows[other]
-                held = [(starts, ends - starts)]
-                axes.broken_barh(held, (row - 0.28, 0.56), facecolor="none", edgecolor=INK)
-            if one.refused:
-                axes.plot([one.refused[0], one.refused[-1]], [row - 0.38] * 2, color=REFUSED)
+            if passing.windows:
+                starts, ends = passing.windows[other]
+                window = [(starts, ends - starts)]
+                axes.broken_barh(window, (row - 0.28, 0.56), facecolor="none", edgecolor=INK)
+            if passing.refused:
+                axes.plot(
+                    [passing.refused[0], passing.refused[-1]], [row - 0.38] * 2, color=REFUSED
+                )
     axes.set_yticks([0, 1], [conflicts.movements[way] for way in pair])
     for label, colour in zip(axes.get_yticklabels(), CROSSING, strict=True):
         label.set(color=colour, weight="bold")

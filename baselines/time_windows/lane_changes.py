@@ -35,7 +35,7 @@ def lane_changes(
     vehicles = {queue.lane: queue.vehicles for queue in queues}
     taken: set[str] = set()
     for queue in queues:
-        robots = [one for one in queue.vehicles if one.is_robot]
+        robots = [vehicle for vehicle in queue.vehicles if vehicle.is_robot]
         for vehicle in robots[1:]:
             if vehicle.distance < nearest or vehicle.id in stay:
                 continue
@@ -56,9 +56,9 @@ def _would_lead(vehicle: Vehicle, lane: Lane, there: Sequence[Vehicle], gap: flo
     """Whether a vehicle would be the first RV of a lane and has room in it."""
     if vehicle.movement not in lane.movements:
         return False
-    first = min((one.distance for one in there if one.is_robot), default=math.inf)
+    first = min((neighbour.distance for neighbour in there if neighbour.is_robot), default=math.inf)
     return vehicle.distance < first and all(
-        abs(one.distance - vehicle.distance) >= gap for one in there
+        abs(neighbour.distance - vehicle.distance) >= gap for neighbour in there
     )
 
 

@@ -63,7 +63,7 @@ def survey(
             lanes.setdefault(vehicle.lane, []).append(vehicle)
     queues = []
     for lane in sorted(lanes):
-        queue = Queue(lane, sorted(lanes[lane], key=lambda one: (one.distance, one.id)))
+        queue = Queue(lane, sorted(lanes[lane], key=lambda vehicle: (vehicle.distance, vehicle.id)))
         queues.append(queue)
         ahead = None
         for vehicle in queue.vehicles:

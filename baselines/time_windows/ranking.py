@@ -8,7 +8,7 @@ from benchmark.control.intersection import Intersection
 from benchmark.control.state import Vehicle
 
 
-class Weights(NamedTuple):
+class RankWeights(NamedTuple):
     """What makes a lane rank high."""
 
     waiting: float  # vehicles that a second of waiting is worth to each [1/s]
@@ -28,7 +28,7 @@ class Ranking:
         weights: of what counts.
     """
 
-    def __init__(self, intersection: Intersection, weights: Weights) -> None:
+    def __init__(self, intersection: Intersection, weights: RankWeights) -> None:
         self._intersection, self._weights = intersection, weights
         self._flowing: dict[str, tuple[float, float]] = {}  # movement -> (first, last time) [s]
         self._refused: dict[str, float] = {}  # first RV of a lane -> refused since [s]
@@ -40,7 +40,7 @@ class Ranking:
             for queue in queues
             if queue.platoons
         ]
-        return [queue for *_, queue in sorted(ranked, key=lambda one: one[:3])]
+        return [queue for *_, queue in sorted(ranked, key=lambda entry: entry[:3])]
 
     def overdue(self, queue: Queue, time: float) -> bool:
         """Whether a lane's first RV has been refused for longer than is bearable."""
@@ -50,7 +50,7 @@ class Ranking:
     def rank(self, queue: Queue, time: float) -> float:
         """How urgent a lane is [vehicles]."""
         waiting, longest = self._weights.waiting, self._weights.longest_waiting
-        urgency = sum(1 + waiting * min(one.waiting, longest) for one in queue.vehicles)
+        urgency = sum(1 + waiting * min(vehicle.waiting, longest) for vehicle in queue.vehicles)
         return urgency * self._factor(queue.platoons[0].leader.movement, time)
 
     def _factor(self, movement: str, time: float) -> float:

@@ -50,16 +50,16 @@ class Ledger:
         self._bookings: list[tuple[int, float]] = []
 
     def _clash(
-        self, one: Index, other: Index, delay: Numbers | float = 0.0
+        self, passing: Index, other: Index, delay: Numbers | float = 0.0
     ) -> npt.NDArray[np.bool_]:
-        """Whether ``one``, passing ``delay`` later, comes too close to ``other``.
+        """Whether ``passing``, ``delay`` later, comes too close to ``other``.
 
         Arrays broadcast. Where ways never meet, times are NaN and compare false.
         """
-        first = self._arrival[one] + delay <= self._yields_from[other]
+        first = self._arrival[passing] + delay <= self._yields_from[other]
         return np.asarray(
-            (self._behind[one, other] + delay < self._margins.after)
-            & (self._ahead[one, other] - delay < self._margins.before)
+            (self._behind[passing, other] + delay < self._margins.after)
+            & (self._ahead[passing, other] - delay < self._margins.before)
             & ~first,
             dtype=np.bool_,
         )

@@ -41,29 +41,36 @@ def lane_conflicts(intersection: Intersection, clearance: float) -> Conflicts:
 
 @cache
 def _lane_conflicts(named: tuple[tuple[str, str, Way], ...], clearance: float) -> Conflicts:
-    found = _without_conflicts(named)
+    conflicts = _without_conflicts(named)
     for i, j in combinations(range(len(named)), 2):
         (_, approach, way), (_, other_approach, other) = named[i], named[j]
         if approach != other_approach and (both := _meet(way, other, clearance)):
-            (found.start[i, j], found.end[i, j]), (found.start[j, i], found.end[j, i]) = both
-    return found
+            (
+                (conflicts.start[i, j], conflicts.end[i, j]),
+                (conflicts.start[j, i], conflicts.end[j, i]),
+            ) = both
+    return conflicts
 
 
 def movement_conflicts(intersection: Intersection) -> Conflicts:
     """The whole way as the stretch, wherever two movements conflict: for comparison."""
     named = _regulated(intersection)
-    found = _without_conflicts(named)
+    conflicts = _without_conflicts(named)
     for i, (movement, _, way) in enumerate(named):
         for j, (other, _, _) in enumerate(named):
             if intersection.conflict(movement, other):
-                found.start[i, j], found.end[i, j] = 0.0, way.length
-    return found
+                conflicts.start[i, j], conflicts.end[i, j] = 0.0, way.length
+    return conflicts
 
 
 def _regulated(intersection: Intersection) -> tuple[tuple[str, str, Way], ...]:
     """Movement, approach and way of each regulated way."""
-    movements: list[Movement] = [one for one in intersection.movements.values() if one.regulated]
-    return tuple((one.id, one.approach, way) for one in movements for way in one.ways)
+    movements: list[Movement] = [
+        movement for movement in intersection.movements.values() if movement.regulated
+    ]
+    return tuple(
+        (movement.id, movement.approach, way) for movement in movements for way in movement.ways
+    )
 
 
 def _without_conflicts(named: tuple[tuple[str, str, Way], ...]) -> Conflicts:

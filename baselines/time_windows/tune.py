@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 NAME = "time-windows"
 SHIPPED = {
-    name: one.default for name, one in inspect.signature(TimeWindows).parameters.items()
+    name: option.default for name, option in inspect.signature(TimeWindows).parameters.items()
 }  # what ships: the defaults
 FAILED = 10.0  # score of an episode that does not end well
 
@@ -98,7 +98,7 @@ def train(options: Options) -> None:
         if len(study.trials) < settings.trials:
             options.notify(f"stopped; continue with --resume --out {folder.path}")
             raise KeyboardInterrupt
-        final = {reference(one): scorer.final(one) for one in _finalists(study, settings)}
+        final = {reference(chosen): scorer.final(chosen) for chosen in _finalists(study, settings)}
     best = min(final, key=final.__getitem__)
     folder.note(finished=True, final=final, best=best)
     options.notify(f"best on seeds that no trial has met: {best}")
@@ -114,8 +114,8 @@ def _try(study: optuna.Study, scorer: "Scorer", seed: int, stop: Interrupts) -> 
     """Try settings, first those that ship. What is tried depends on the trials before alone."""
     settings = scorer.settings
     done = len(study.get_trials(deepcopy=False, states=[TrialState.COMPLETE]))
-    with bar("trials") as shown:
-        task = shown.add_task("", total=settings.trials, completed=done)
+    with bar("trials") as display:
+        task = display.add_task("", total=settings.trials, completed=done)
         for number in range(done, settings.trials):
             if stop.wanted:
                 return
@@ -125,7 +125,7 @@ def _try(study: optuna.Study, scorer: "Scorer", seed: int, stop: Interrupts) -> 
             trial = study.ask()
             chosen = {name: _suggest(trial, name, *edges) for name, edges in settings.space.items()}
             study.tell(trial, scorer.score(chosen))
-            shown.update(task, advance=1, description=f"best score {study.best_value:.3f}")
+            display.update(task, advance=1, description=f"best score {study.best_value:.3f}")
 
 
 def _suggest(trial: optuna.Trial, name: str, lowest: float, highest: float, step: float) -> float:
@@ -137,8 +137,8 @@ def _suggest(trial: optuna.Trial, name: str, lowest: float, highest: float, step
 def _finalists(study: optuna.Study, settings: SearchSettings) -> list[Chosen]:
     """What ships, and the best trials."""
     trials = study.get_trials(deepcopy=False, states=[TrialState.COMPLETE])
-    ranked = sorted(trials[1:], key=lambda one: (one.value, one.number))
-    return [one.params for one in (trials[0], *ranked[: settings.finalists])]
+    ranked = sorted(trials[1:], key=lambda trial: (trial.value, trial.number))
+    return [trial.params for trial in (trials[0], *ranked[: settings.finalists])]
 
 
 def reference(chosen: Chosen) -> str:
@@ -173,13 +173,13 @@ class Scorer:
         chosen = all_episodes(scenarios, [settings.reference], [0.0], seeds)
         build_ahead(chosen)
         self._to_beat = {}
-        for one, record in zip(chosen, self._run(chosen), strict=True):
+        for episode, record in zip(chosen, self._run(chosen), strict=True):
             if (figures := _figures(record)) is None:
                 raise UsageError(
-                    f"{settings.reference} fails on {one.scenario.name}, seed {one.seed}; "
+                    f"{settings.reference} fails on {episode.scenario.name}, seed {episode.seed}; "
                     "choose another reference"
                 )
-            self._to_beat[one.scenario.name, one.seed] = figures
+            self._to_beat[episode.scenario.name, episode.seed] = figures
 
     def score(self, chosen: Chosen) -> float:
         """Of settings, on the seeds of trials."""
@@ -192,21 +192,22 @@ class Scorer:
     def _score(self, chosen: Chosen, seeds: Sequence[int]) -> float:
         name = reference(chosen)
         cells = product(self._scenarios, self.settings.rates, seeds)
-        episodes = [Episode(one, name, rate, seed) for one, rate, seed in cells]
+        episodes = [Episode(scenario, name, rate, seed) for scenario, rate, seed in cells]
         played = zip(episodes, self._run(episodes), strict=True)
-        return round(fmean(self._of(one, record) for one, record in played), 4)
+        return round(fmean(self._of(episode, record) for episode, record in played), 4)
 
-    def _of(self, one: Episode, record: Record | None) -> float:
+    def _of(self, episode: Episode, record: Record | None) -> float:
         figures = _figures(record)
         if record is None or record.trips is None or figures is None:
             return FAILED
-        to_beat = self._to_beat[one.scenario.name, one.seed]
+        to_beat = self._to_beat[episode.scenario.name, episode.seed]
         ratios = fmean(mine / max(other, 1.0) for mine, other in zip(figures, to_beat, strict=True))
         return min(FAILED, ratios + self.settings.collision * record.trips.collisions_with_robot)
 
     def _run(self, episodes: Sequence[Episode]) -> Iterator[Record | None]:
         futures: list[Future[Record]] = [
-            self._workers.schedule(run, args=(one,), timeout=outcome.TIME_LIMIT) for one in episodes
+            self._workers.schedule(run, args=(episode,), timeout=outcome.TIME_LIMIT)
+            for episode in episodes
         ]
         for future in futures:
             yield None if future.exception() else future.result()
@@ -216,5 +217,5 @@ def _figures(record: Record | None) -> tuple[float, float] | None:
     """Average waiting time, mean over the junctions, and travel time [s]; None if it has none."""
     if record is None or record.status != "ok" or record.trips is None:
         return None
-    waits = [one.average_waiting_time or 0.0 for one in record.junctions.values()]
+    waits = [junction.average_waiting_time or 0.0 for junction in record.junctions.values()]
     return (fmean(waits), record.trips.travel_time) if record.trips.travel_time else None

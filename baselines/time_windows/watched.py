@@ -47,7 +47,7 @@ class Passing:
         return float(enters), float(leaves)
 
 
-class Watched(TimeWindows):
+class WatchedTimeWindows(TimeWindows):
     """Time windows that note who was where, who held which windows and who was refused why."""
 
     def __init__(self) -> None:
@@ -86,18 +86,18 @@ class Watched(TimeWindows):
             self._who = [everybody[passage.id] for passage in now.passages]
         return super().act(state)
 
-    def _note(self, one: Vehicle | Crossing, place: float, time: float) -> None:
-        if (way := self._ways.get((one.movement, one.lane))) is not None:
-            known = Passing(one.is_robot, way, one.body.length)
-            self.passings.setdefault(one.id, known).track.append((time, place, one.speed))
+    def _note(self, vehicle: Vehicle | Crossing, place: float, time: float) -> None:
+        if (way := self._ways.get((vehicle.movement, vehicle.lane))) is not None:
+            known = Passing(vehicle.is_robot, way, vehicle.body.length)
+            self.passings.setdefault(vehicle.id, known).track.append((time, place, vehicle.speed))
 
-    def _arbitrate(self, ledger: Ledger, found: Decisions, time: float) -> list[Vehicle]:
-        heads = super()._arbitrate(ledger, found, time)
-        for vehicle in found.accepted:
+    def _arbitrate(self, ledger: Ledger, decisions: Decisions, time: float) -> list[Vehicle]:
+        heads = super()._arbitrate(ledger, decisions, time)
+        for vehicle in decisions.accepted:
             self.passings[vehicle.id].windows = self._predicted[vehicle.id]
-        for vehicle in found.refused:
+        for vehicle in decisions.refused:
             self.passings[vehicle.id].refused.append(time)
-        for queue in found.queues:
+        for queue in decisions.queues:
             for platoon in queue.platoons:
                 for index in platoon.followers:
                     self.passings[self._who[index].id].led = True
@@ -111,19 +111,19 @@ class Watched(TimeWindows):
         self.refusals += 1
         self.in_the_way.update({self._kind(self._who[index]) for index in members(bits)})
 
-    def _kind(self, one: Vehicle | Crossing) -> str:
-        if isinstance(one, Crossing):
-            return "stands inside" if one.speed < STATIONARY else "drives inside"
-        if one.is_robot:
+    def _kind(self, vehicle: Vehicle | Crossing) -> str:
+        if isinstance(vehicle, Crossing):
+            return "stands inside" if vehicle.speed < STATIONARY else "drives inside"
+        if vehicle.is_robot:
             return "RV that was accepted or cannot stop"
-        return "HV behind an RV" if self.passings[one.id].led else "HV that no RV led"
+        return "HV behind an RV" if self.passings[vehicle.id].led else "HV that no RV led"
 
 
-def watched(scenario: Scenario, rate: float, seed: int) -> Watched:
+def watched(scenario: Scenario, rate: float, seed: int) -> WatchedTimeWindows:
     """Run an episode at an intersection under time windows and note what happens."""
     world = World(scenario, rate, seed, controller="time-windows", arbitration="own")
     ((name, site),) = world.sites.items()
-    controller = Watched()
+    controller = WatchedTimeWindows()
     controller.reset(site.junction.intersection, seed)
     with world:
         while not world.over:

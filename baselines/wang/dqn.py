@@ -35,7 +35,7 @@ class DuelingNetwork(QNetwork):
         del self.q_net  # the plain head that QNetwork makes
         self.atoms = atoms
         widths = [self.features_dim, *self.net_arch]
-        self.trunk = nn.ModuleList(nn.Linear(one, other) for one, other in pairwise(widths))
+        self.trunk = nn.ModuleList(nn.Linear(before, after) for before, after in pairwise(widths))
         self.value = nn.Linear(widths[-1], atoms)
         self.advantage = nn.Linear(widths[-1], int(self.action_space.n) * atoms)
         self.register_buffer("support", torch.linspace(*value_range, atoms), persistent=atoms > 1)
@@ -134,12 +134,12 @@ class PrioritisedReplay(ReplayBuffer):
 
     def sample(self, batch_size: int, env: object = None) -> PrioritisedSamples:  # type: ignore[override]
         """A minibatch, drawn by priority."""
-        held = self.size()
-        heights = np.cumsum(self.priorities[:held] ** self._alpha)
+        size = self.size()
+        heights = np.cumsum(self.priorities[:size] ** self._alpha)
         places = (np.arange(batch_size) + self.random.random(batch_size)) / batch_size
-        rows = np.minimum(np.searchsorted(heights, places * heights[-1]), held - 1)
+        rows = np.minimum(np.searchsorted(heights, places * heights[-1]), size - 1)
         chances = self.priorities[rows] ** self._alpha / heights[-1]
-        weights = (held * chances) ** -self._beta
+        weights = (size * chances) ** -self._beta
         return PrioritisedSamples(
             torch.from_numpy(self.observations[rows, 0]),
             torch.from_numpy(self.actions[rows, 0]),
@@ -222,6 +222,6 @@ def project(
     places = ((rewards + discounts * support).clamp(low, high) - low) / gap
     left = places.floor().clamp(max=len(support) - 2)
     share = places - left
-    found = torch.zeros_like(chances)
-    found.scatter_add_(1, left.long(), chances * (1 - share))
-    return found.scatter_add_(1, left.long() + 1, chances * share)
+    projected = torch.zeros_like(chances)
+    projected.scatter_add_(1, left.long(), chances * (1 - share))
+    return projected.scatter_add_(1, left.long() + 1, chances * share)

@@ -22,12 +22,12 @@ FEW = 3  # rows up to which one after another is faster: a matrix product first 
 def shapes(layout: Layout, hidden: tuple[int, ...], atoms: int) -> dict[str, tuple[int, ...]]:
     """The arrays of a network by name, with their shapes: weights are (outputs, inputs)."""
     widths = [size(layout), *hidden]
-    found: dict[str, tuple[int, ...]] = {}
+    arrays: dict[str, tuple[int, ...]] = {}
     for index, (inputs, outputs) in enumerate(pairwise(widths)):
-        found |= {f"trunk.{index}.weight": (outputs, inputs), f"trunk.{index}.bias": (outputs,)}
+        arrays |= {f"trunk.{index}.weight": (outputs, inputs), f"trunk.{index}.bias": (outputs,)}
     for head, outputs in (("value", atoms), ("advantage", ACTIONS * atoms)):
-        found |= {f"{head}.weight": (outputs, widths[-1]), f"{head}.bias": (outputs,)}
-    return found if atoms == 1 else {**found, "support": (atoms,)}
+        arrays |= {f"{head}.weight": (outputs, widths[-1]), f"{head}.bias": (outputs,)}
+    return arrays if atoms == 1 else {**arrays, "support": (atoms,)}
 
 
 class Greedy:
@@ -38,7 +38,7 @@ class Greedy:
     """
 
     def __init__(self, arrays: Mapping[str, Numbers]) -> None:
-        self._arrays = {name: np.ascontiguousarray(one) for name, one in arrays.items()}
+        self._arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
 
     def __getstate__(self) -> dict[str, object]:
         return {"_arrays": self._arrays}
@@ -73,14 +73,14 @@ class Greedy:
         Returns:
             (rows, 2): of Stop and of Go.
         """
-        found = observations
+        hidden = observations
         for weight, bias in self._layers:
-            found = np.maximum(found @ weight + bias, 0.0)
+            hidden = np.maximum(hidden @ weight + bias, 0.0)
         weight, bias = self._head
-        found = found @ weight + bias
+        hidden = hidden @ weight + bias
         if (support := self._arrays.get("support")) is None:
-            return found
-        logits = found.reshape(len(found), ACTIONS, support.size)
+            return hidden
+        logits = hidden.reshape(len(hidden), ACTIONS, support.size)
         chances = np.exp(logits - logits.max(axis=-1, keepdims=True))
         expected: Numbers = (chances @ support) / chances.sum(axis=-1)
         return expected

@@ -180,6 +180,6 @@ class QLearning(Rounds[WangSettings, WangDQN]):
         settings, learner = self.settings, self.settings.learner
         assert self.course.best is not None
         expected = shapes(settings.layout, learner.hidden, learner.atoms)
-        found = {name: array.shape for name, array in self.course.best.arrays.items()}
-        assert found == expected
+        kept = {name: array.shape for name, array in self.course.best.arrays.items()}
+        assert kept == expected
         return {"layout": settings.layout, "hidden": learner.hidden, "atoms": learner.atoms}

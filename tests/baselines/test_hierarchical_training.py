@@ -18,8 +18,8 @@ from baselines.hierarchical import ppo, train
 from baselines.hierarchical.local_observation import SIZE as SIZE_TUNED
 from baselines.hierarchical.local_observation import Beside
 from baselines.hierarchical.observation import SIZE
-from baselines.hierarchical.policy import RIGHT, Network, shapes
-from baselines.hierarchical.reward import Reward
+from baselines.hierarchical.policy import RIGHT, ActionNetwork, shapes
+from baselines.hierarchical.reward import DrivingReward
 from baselines.hierarchical.rollout import Exercise, play
 from benchmark.learning import weights as files
 from benchmark.learning.observation import Numbers
@@ -89,7 +89,7 @@ def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
     rows = np.random.default_rng(2).random((7, SIZE), dtype=np.float32)
     with torch.no_grad():
         means = learner.policy.get_distribution(torch.from_numpy(rows)).distribution.mean.numpy()
-    assert Network(ppo.arrays(learner)).means(rows) == pytest.approx(means, abs=1e-5)
+    assert ActionNetwork(ppo.arrays(learner)).means(rows) == pytest.approx(means, abs=1e-5)
     assert ppo.spread(learner) == pytest.approx([LEARNER.spread] * 2)
 
 
@@ -103,7 +103,7 @@ def played(seed: int = 10_000, **facts: Any) -> Played:
 
 
 def test_episodes_leave_each_vehicles_decisions_and_what_the_team_earned() -> None:
-    found = played(reward=Reward(waiting=0.0, standing=1.0))
+    found = played(reward=DrivingReward(waiting=0.0, standing=1.0))
     assert len(found.trajectories) > 3
     for one in found.trajectories:
         count = len(one.rewards)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from baselines.hierarchical.hierarchy import Low
 from baselines.hierarchical.local_observation import SIZE, LocalObserver
-from baselines.hierarchical.reward import Earnings, Reward, led_alone
+from baselines.hierarchical.reward import DrivingReward, Earnings, led_alone
 from baselines.hierarchical.tuned import HierarchicalTuned
 from baselines.time_windows.queues import MARGIN, Queue, to_the_line
 from benchmark.control.arbitration import STOP_MARGIN
@@ -64,7 +64,7 @@ def test_an_empty_road_is_seen_as_far_and_fast() -> None:
 # --- the reward --------------------------------------------------------------------------------
 
 
-def earned(reward: Reward, *steps: tuple[Vehicle, ...]) -> tuple[float, float]:
+def earned(reward: DrivingReward, *steps: tuple[Vehicle, ...]) -> tuple[float, float]:
     """What the ego, first of each step's vehicles, earns after the last step, and one that left."""
     earnings = Earnings(reward)
     for who in steps:
@@ -75,21 +75,21 @@ def earned(reward: Reward, *steps: tuple[Vehicle, ...]) -> tuple[float, float]:
 def test_the_published_reward_is_the_sum_of_normalised_waiting() -> None:
     ego = EGO._replace(waiting=0.0)
     waits = [vehicle(str(wait), "E-C", lane="eastbound_1", waiting=wait) for wait in (50.0, 999.0)]
-    assert earned(Reward(), (ego, *waits)) == (-1.25, -1.25)
+    assert earned(DrivingReward(), (ego, *waits)) == (-1.25, -1.25)
 
 
 def test_the_local_parts_are_of_the_own_approach_and_the_own_pace() -> None:
     elsewhere = vehicle("e", "E-C", lane="eastbound_1", speed=0.0, is_robot=False)
-    standing = Reward(waiting=0.0, standing=0.5)
+    standing = DrivingReward(waiting=0.0, standing=0.5)
     assert earned(standing, (EGO, elsewhere)) == (0.0, 0.0)
     assert earned(standing, (EGO, *LEFT, elsewhere)) == (-0.5, 0.0)
     limit = CROSSROADS.lanes[EGO.lane].speed_limit
-    found, _ = earned(Reward(waiting=0.0, pace=2.0), (EGO,))
+    found, _ = earned(DrivingReward(waiting=0.0, pace=2.0), (EGO,))
     assert found == pytest.approx(-2 * (1 - 10 / limit))
 
 
 def test_an_rv_earns_for_the_hvs_that_it_comes_to_lead_alone_and_for_nothing_else() -> None:
-    leads = Reward(waiting=0.0, leads=0.5)
+    leads = DrivingReward(waiting=0.0, leads=0.5)
     behind = (EGO, AHEAD, *LEFT)  # an RV is ahead of it
     claims = (EGO._replace(lane="northbound_2"), AHEAD, *LEFT)
     assert led_alone(state(*claims)) == {"ego": 2, "ahead": 0}

@@ -20,7 +20,7 @@ from baselines.time_windows.controller import TimeWindows
 from baselines.time_windows.lane_changes import lane_changes
 from baselines.time_windows.prediction import PASSED, Passage, Predictor
 from baselines.time_windows.queues import MARGIN, Platoon, Queue, can_stop, survey
-from baselines.time_windows.ranking import Ranking, Weights
+from baselines.time_windows.ranking import Ranking, RankWeights
 from baselines.time_windows.reservations import Ledger, Margins
 from baselines.time_windows.stretches import SPACING, lane_conflicts, movement_conflicts
 from baselines.time_windows.watched import watched
@@ -30,7 +30,7 @@ from benchmark.control.intersection import Way
 from benchmark.control.state import Crossing, TrafficState, Vehicle
 from benchmark.plumbing.errors import ControllerError, UsageError
 from benchmark.study.episode import Episode, run
-from benchmark.study.episodes import episodes
+from benchmark.study.episodes import all_episodes
 
 WHERE = drawn()
 CONFLICTS = lane_conflicts(WHERE, 2.8)
@@ -38,7 +38,7 @@ INDEX = {way.lane: index for index, way in enumerate(CONFLICTS.ways)}
 KEYS = {(CONFLICTS.movements[i], lane): i for lane, i in INDEX.items()}
 PREDICTOR = Predictor(CONFLICTS, acceleration=2.0, headway=1.3, creeping=3.0, creeping_delay=4.0)
 MARGINS = Margins(after=1.4, before=2.0, growth=0.05, look_ahead=10.0, yielding=2.0)
-WEIGHTS = Weights(
+WEIGHTS = RankWeights(
     *(0.1, 60.0),  # waiting, up to
     *(6.0, 4.0),  # flowing, joining
     *(20.0, 4.0),  # green, gap
@@ -589,7 +589,7 @@ def test_options_that_make_no_sense_are_refused(option: str) -> None:
     ],
 )
 def test_every_variant_runs_without_a_collision(reference: str) -> None:
-    (episode,) = episodes([smoke("crossing")], [reference], [0.6], [1001])
+    (episode,) = all_episodes([smoke("crossing")], [reference], [0.6], [1001])
     record = run(episode)
     assert record.status == "ok"
     assert record.trips is not None
