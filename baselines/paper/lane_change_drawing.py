@@ -12,12 +12,18 @@ from matplotlib.patches import Patch
 
 from baselines.paper.lane_change import LaneChange
 from benchmark.control.state import Crossing, TrafficState, Vehicle
-from benchmark.pictures import axes as drawing
-from benchmark.pictures.axes import Site
+from benchmark.pictures.axes import (
+    GROUND,
+    PALE_ASPHALT,
+    Scene,
+    draw_asphalt,
+    draw_markings,
+    draw_stop_lines,
+)
 from benchmark.pictures.geometry import Points, points, ribbon, stretch
 from benchmark.reports.plots import style
 from benchmark.scenario.scenario import Scenario
-from benchmark.sumo import network
+from benchmark.sumo import ground, network
 
 ROBOT, HUMAN, LANE = "#C1121F", "#8D99A6", "#F0E442"  # red and grey differ in lightness as well
 THICK, THIN = 1.8, 0.5  # points, of outlines
@@ -38,44 +44,44 @@ def draw(scenario: Scenario, change: LaneChange, target: Path) -> None:
     """
     built = network.build(scenario)
     junction = built.junctions[change.after.intersection.id]
-    site = Site(scenario, junction, network.surroundings(built))
+    scene = Scene(scenario, junction, ground.surroundings(built))
     with style.styled():
         figure = Figure(figsize=(7.2, 4.2), facecolor="white", layout="constrained")
         FigureCanvasAgg(figure)
         before, after = figure.subplots(1, 2)
-        _panel(before, site, change.before, change, "before")
-        _panel(after, site, change.after, change, "after")
+        _panel(before, scene, change.before, change, "before")
+        _panel(after, scene, change.after, change, "after")
         _legend(figure)
         style.save(figure, target)
 
 
-def _panel(axes: Axes, site: Site, state: TrafficState, change: LaneChange, words: str) -> None:
-    x, y = _middle(site, change)
+def _panel(axes: Axes, scene: Scene, state: TrafficState, change: LaneChange, words: str) -> None:
+    x, y = _middle(scene, change)
     axes.set(xlim=(x - REACH, x + REACH), ylim=(y - REACH, y + REACH), xticks=[], yticks=[])
     axes.set_aspect("equal")
-    axes.set_facecolor(drawing.GROUND)
+    axes.set_facecolor(GROUND)
     axes.set_title(f"{words}: {state.time:g} s", loc="left")
     axes.spines[:].set(visible=True, color="#bbbbbb", linewidth=0.8)
-    drawing.draw_asphalt(axes, site, drawing.PALE_ASPHALT)
-    lane = site.intersection.lanes[change.target]
+    draw_asphalt(axes, scene, PALE_ASPHALT)
+    lane = scene.intersection.lanes[change.target]
     axes.add_collection(PolyCollection([ribbon(points(lane.shape), lane.width)], facecolor=LANE))
-    drawing.draw_markings(axes, site)
-    drawing.draw_stop_lines(axes, site)
-    _draw_vehicles(axes, site, state, change.vehicle)
+    draw_markings(axes, scene)
+    draw_stop_lines(axes, scene)
+    _draw_vehicles(axes, scene, state, change.vehicle)
 
 
-def _middle(site: Site, change: LaneChange) -> Points:
+def _middle(scene: Scene, change: LaneChange) -> Points:
     """The middle of the view: so far upstream that the entrance is near its edge."""
-    lane = points(site.intersection.lanes[change.target].shape)
+    lane = points(scene.intersection.lanes[change.target].shape)
     backwards = stretch(lane, 0.0, 0.65 * REACH)
     assert backwards is not None
     return np.asarray(backwards[0])
 
 
-def _draw_vehicles(axes: Axes, site: Site, state: TrafficState, changing: str) -> None:
+def _draw_vehicles(axes: Axes, scene: Scene, state: TrafficState, changing: str) -> None:
     present: list[Vehicle | Crossing] = [*state.vehicles, *state.inside]
     for one in present:
-        part = _place(site, one)
+        part = _place(scene, one)
         if part is not None:
             edge = THICK if one.id == changing else THIN
             shape = PolyCollection(
@@ -85,14 +91,14 @@ def _draw_vehicles(axes: Axes, site: Site, state: TrafficState, changing: str) -
             axes.add_collection(shape)
 
 
-def _place(site: Site, one: Vehicle | Crossing) -> Points | None:
+def _place(scene: Scene, one: Vehicle | Crossing) -> Points | None:
     """The centre line of a vehicle from rear to front; None where it is off the drawing."""
-    lanes = site.intersection.lanes
+    lanes = scene.intersection.lanes
     if isinstance(one, Vehicle):
-        upstream = site.junction.zone[one.lane].end  # m that lie behind the lane's end
-        line, front = points(site.ground.lanes[one.lane].shape), one.distance - upstream
+        upstream = scene.junction.zone[one.lane].end  # m that lie behind the lane's end
+        line, front = points(scene.ground.lanes[one.lane].shape), one.distance - upstream
     else:
-        ways = site.intersection.movements[one.movement].ways
+        ways = scene.intersection.movements[one.movement].ways
         way = next(way for way in ways if way.lane == one.lane)
         line = np.vstack([points(lanes[one.lane].shape), points(way.shape)[1:]])
         front = one.way_length - one.position

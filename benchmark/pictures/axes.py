@@ -17,15 +17,21 @@ from matplotlib.colors import to_rgb
 
 from benchmark.control.intersection import Intersection, Lane, Movement
 from benchmark.pictures import pavement
-from benchmark.pictures.geometry import Frame, Points, curve, directions, points, shifted, stretch
-from benchmark.scenario.layout import COMPASS
+from benchmark.pictures.geometry import (
+    Points,
+    RoadPlace,
+    curve,
+    directions,
+    points,
+    shifted,
+    stretch,
+)
 from benchmark.scenario.scenario import Scenario
+from benchmark.sumo.ground import RoadLane, Surroundings
 from benchmark.sumo.junction import Junction
-from benchmark.sumo.network import RoadLane, Surroundings
 from benchmark.sumo.webster import count
 
-COLOURS = dict(zip(COMPASS, ("#0072B2", "#E69F00", "#CC79A7", "#56B4E9"), strict=True))  # Okabe-Ito
-OTHER_COLOUR = "#666666"  # of an approach without a compass name
+COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#56B4E9")  # by quarter of the compass; Okabe-Ito
 GROUND, ASPHALT, PALE_ASPHALT = "#f3f3ee", "#84878c", "#dcdddf"
 PAINT, CENTRE_LINE = "#ffffff", "#f5d76e"
 CONTROL_TINT, DECISION_TINT = 0.38, 0.85  # share of the approach's colour over asphalt
@@ -33,15 +39,9 @@ FLOW_TAIL = 7.0  # m of a flow before the entrance and behind the exit
 FLOW_FILL, FLOW_GAP = 0.7, 0.5  # share of a road's width for its flows, and m between them
 
 
-def colour_of(approach: str) -> str:
-    """The colour of an approach and its movements."""
-    return COLOURS.get(approach, OTHER_COLOUR)
-
-
-def zone_colour(approach: str, tint: float) -> tuple[float, float, float]:
-    """The colour of an approach as if painted thinly on asphalt."""
-    colour, ground = np.array(to_rgb(colour_of(approach))), np.array(to_rgb(ASPHALT))
-    red, green, blue = tint * colour + (1 - tint) * ground
+def on_asphalt(colour: str, tint: float) -> tuple[float, float, float]:
+    """A colour as if painted thinly on asphalt."""
+    red, green, blue = tint * np.array(to_rgb(colour)) + (1 - tint) * np.array(to_rgb(ASPHALT))
     return float(red), float(green), float(blue)
 
 
@@ -62,11 +62,11 @@ class Flow:
     volume: float  # veh/h
     width: float  # m
     line: Points
-    place: float  # m to the right of its approach's frame
+    place: float  # m to the right of its approach's middle
 
 
 @dataclass(frozen=True)
-class Site:
+class Scene:
     """One intersection with everything that a drawing of it needs."""
 
     scenario: Scenario
@@ -81,10 +81,23 @@ class Site:
     @cached_property
     def approaches(self) -> dict[str, list[Lane]]:
         """The incoming lanes of each approach, from the kerb."""
-        found: dict[str, list[Lane]] = {}
+        approaches: dict[str, list[Lane]] = {}
         for lane in self.intersection.lanes.values():
-            found.setdefault(lane.approach, []).append(lane)
-        return found
+            approaches.setdefault(lane.approach, []).append(lane)
+        return approaches
+
+    @cached_property
+    def colours(self) -> dict[str, str]:
+        """The colour of each approach and its movements, by the way it leads."""
+        free = list(COLOURS)
+        colours = {}
+        for name, entrance in self.entrances.items():
+            east, north = entrance.ahead
+            quarter = COLOURS[round(np.arctan2(east, north) / (np.pi / 2)) % 4]
+            colours[name] = quarter if quarter in free else free[0]
+            free.remove(colours[name])
+            free = free or list(COLOURS)
+        return colours
 
     @cached_property
     def centre(self) -> Points:
@@ -99,19 +112,23 @@ class Site:
 
     @cached_property
     def _gates(self) -> Points:
-        ways = [way for one in self.intersection.movements.values() for way in one.ways]
+        movements = self.intersection.movements.values()
+        ways = [way for movement in movements for way in movement.ways]
         return points([way.shape[place] for way in ways for place in (0, -1)])
 
     @cached_property
-    def entrances(self) -> dict[str, Frame]:
+    def entrances(self) -> dict[str, RoadPlace]:
         """Where each approach enters."""
-        return {name: Frame.of(lanes, -1) for name, lanes in self.approaches.items()}
+        return {
+            name: RoadPlace.of([lane.shape for lane in lanes], -1)
+            for name, lanes in self.approaches.items()
+        }
 
     @cached_property
-    def exits(self) -> dict[str, Frame]:
+    def exits(self) -> dict[str, RoadPlace]:
         """Where each road leaves."""
-        names = sorted({one.exit for one in self.intersection.movements.values()})
-        return {name: Frame.of(self.road(name), 0) for name in names}
+        names = sorted({movement.exit for movement in self.intersection.movements.values()})
+        return {name: RoadPlace.of([lane.shape for lane in self.road(name)], 0) for name in names}
 
     def road(self, name: str) -> list[RoadLane]:
         """The lanes of a road, from the kerb."""
@@ -122,53 +139,58 @@ class Site:
     def flows(self) -> list[Flow]:
         """The movements' volumes in the peak period, the widest first."""
         bands = _Bands(self)
-        found = [bands.flow(movement) for movement in self.intersection.movements.values()]
-        return sorted(found, key=lambda flow: -flow.volume)
+        flows = map(bands.flow, self.intersection.movements.values())
+        return sorted(flows, key=lambda flow: -flow.volume)
 
 
 class _Bands:
     """Places flows side by side at entrances and exits."""
 
-    def __init__(self, site: Site) -> None:
-        self.site = site
-        movements = site.intersection.movements.values()
+    def __init__(self, scene: Scene) -> None:
+        self.scene, intersection = scene, scene.intersection
+        self.movements = intersection.movements.values()
         self.volumes = {
-            one.id: count(site.scenario, site.intersection, one.id) for one in movements
+            name: count(scene.scenario, intersection, name) for name in intersection.movements
         }
         self.scale = self._scale()
-        self.entering = self._places(site.entrances, [(one.approach, one) for one in movements], 0)
-        self.leaving = self._places(site.exits, [(one.exit, one) for one in movements], -1)
+        self.entering = self._places(scene.entrances, [one.approach for one in self.movements], 0)
+        self.leaving = self._places(scene.exits, [one.exit for one in self.movements], -1)
 
     def _scale(self) -> float:
         """Metres of width per veh/h, so that the flows of every road fit it."""
         totals: defaultdict[str, float] = defaultdict(float)
-        for one in self.site.intersection.movements.values():
-            totals[one.approach] += self.volumes[one.id]
-            totals[one.exit] += self.volumes[one.id]
-        widths = {road: sum(lane.width for lane in self.site.road(road)) for road in totals}
+        for movement in self.movements:
+            totals[movement.approach] += self.volumes[movement.id]
+            totals[movement.exit] += self.volumes[movement.id]
+        widths = {road: sum(lane.width for lane in self.scene.road(road)) for road in totals}
         return FLOW_FILL * min(widths[road] / max(total, 1) for road, total in totals.items())
 
     def _places(
-        self, frames: dict[str, Frame], members: list[tuple[str, Movement]], end: int
+        self, gates: dict[str, RoadPlace], roads: Sequence[str], end: int
     ) -> dict[str, float]:
-        """How far right of its road's frame each movement enters or leaves [m]."""
-        found: dict[str, float] = {}
-        for road, frame in frames.items():
-            row = sorted(
-                (one for name, one in members if name == road),
-                key=lambda one: "LCR".index(one.turn),
-            )
+        """How far right of its road's middle each movement enters (0) or leaves (-1) [m].
+
+        Args:
+            gates: where roads enter or leave.
+            roads: that of each movement.
+            end: of the movements' ways.
+        """
+        places: dict[str, float] = {}
+        for name, gate in gates.items():
+            row = [m for road, m in zip(roads, self.movements, strict=True) if road == name]
+            row.sort(key=lambda movement: "LCR".index(movement.turn))
             wanted = [
-                float(np.mean([frame.beside(points(way.shape)[end]) for way in one.ways]))
-                for one in row
+                float(np.mean([gate.beside(points(way.shape)[end]) for way in movement.ways]))
+                for movement in row
             ]
-            widths = [self.volumes[one.id] * self.scale + FLOW_GAP for one in row]
-            found.update(zip((one.id for one in row), spread(wanted, widths), strict=True))
-        return found
+            widths = [self.volumes[movement.id] * self.scale + FLOW_GAP for movement in row]
+            centres = spread(wanted, widths)
+            places |= {m.id: centre for m, centre in zip(row, centres, strict=True)}
+        return places
 
     def flow(self, movement: Movement) -> Flow:
         """The band of a movement."""
-        entrance, exit_ = self.site.entrances[movement.approach], self.site.exits[movement.exit]
+        entrance, exit_ = self.scene.entrances[movement.approach], self.scene.exits[movement.exit]
         place, leave = self.entering[movement.id], self.leaving[movement.id]
         start, end = entrance.at(place, 0.0), exit_.at(leave, 0.0)
         handle = 0.39 * float(np.linalg.norm(end - start))  # a right angle becomes a quarter circle
@@ -178,46 +200,43 @@ class _Bands:
         return Flow(movement.id, movement.approach, volume, volume * self.scale, line, place)
 
 
-def draw_asphalt(axes: Axes, site: Site, colour: str) -> None:
+def draw_asphalt(axes: Axes, scene: Scene, colour: str) -> None:
     """Lanes and the areas where roads meet."""
-    shapes = pavement.asphalt(site.ground)
+    shapes = pavement.asphalt(scene.ground)
     axes.add_collection(PolyCollection(shapes, facecolor=colour, edgecolor=colour, linewidth=0.6))
 
 
-def draw_zones(axes: Axes, site: Site) -> None:
+def draw_zones(axes: Axes, scene: Scene) -> None:
     """The control and the decision zone along the incoming lanes, in the approaches' colours."""
-    settings = site.intersection
-    for reach, tint in (
-        (settings.control_zone, CONTROL_TINT),
-        (settings.decision_zone, DECISION_TINT),
-    ):
-        for approach, shape in pavement.zone(site.junction, site.ground, reach):
-            shade = zone_colour(approach, tint)
+    zones = scene.intersection.control_zone, scene.intersection.decision_zone
+    for reach, tint in zip(zones, (CONTROL_TINT, DECISION_TINT), strict=True):
+        for approach, shape in pavement.zone(scene.junction, scene.ground, reach):
+            shade = on_asphalt(scene.colours[approach], tint)
             axes.add_collection(PolyCollection([shape], facecolor=shade, edgecolor="none"))
 
 
-def draw_markings(axes: Axes, site: Site) -> None:
+def draw_markings(axes: Axes, scene: Scene) -> None:
     """Lane lines and centre lines of all roads, and the arrows painted before the entrance."""
-    between, middle = pavement.lines(site.ground)
+    between, middle = pavement.lines(scene.ground)
     dashes = [(0, (5, 4))]
     axes.add_collection(LineCollection(between, colors=PAINT, linewidths=0.6, linestyles=dashes))
     axes.add_collection(LineCollection(middle, colors=CENTRE_LINE, linewidths=0.9))
-    shapes = list(pavement.arrows(site.intersection))
+    shapes = list(pavement.arrows(scene.intersection))
     axes.add_collection(PolyCollection(shapes, facecolor=PAINT, edgecolor="none"))
 
 
-def draw_stop_lines(axes: Axes, site: Site) -> None:
+def draw_stop_lines(axes: Axes, scene: Scene) -> None:
     """A bar across each incoming lane; dashes where a slip lane yields instead."""
-    for line in pavement.stop_lines(site.scenario, site.intersection):
-        pattern = (0, (0.7, 0.7)) if line.yields else "solid"
-        axes.plot(*line.ends.T, color=PAINT, linewidth=1.6, linestyle=pattern)
+    for ends, yields in pavement.stop_lines(scene.scenario, scene.intersection):
+        pattern = (0, (0.7, 0.7)) if yields else "solid"
+        axes.plot(*ends.T, color=PAINT, linewidth=1.6, linestyle=pattern)
 
 
-def draw_flows(axes: Axes, site: Site, reach: float) -> None:
+def draw_flows(axes: Axes, scene: Scene, reach: float) -> None:
     """The movements' volumes as bands as wide as their turning counts, in a view of a reach [m]."""
-    for flow in site.flows:
+    for flow in scene.flows:
         if flow.volume:
-            looks: Any = {"facecolor": colour_of(flow.approach), "edgecolor": PAINT}
+            looks: Any = {"facecolor": scene.colours[flow.approach], "edgecolor": PAINT}
             band = PolyCollection([_with_head(flow, reach)], linewidth=0.4, zorder=3, **looks)
             axes.add_collection(band)
 
@@ -229,6 +248,6 @@ def _with_head(flow: Flow, reach: float) -> Points:
     assert body is not None
     tip, ahead = flow.line[-1], directions(flow.line)[-1]
     wide = max(flow.width / 2 + 0.006 * reach, 0.016 * reach)
-    base = Frame(tip - head * ahead, ahead)
+    base = RoadPlace(tip - head * ahead, ahead)
     left, right = shifted(body, -flow.width / 2), shifted(body, flow.width / 2)
     return np.vstack([left, base.at(-wide, 0.0), tip, base.at(wide, 0.0), right[::-1]])

@@ -5,20 +5,11 @@ Everything is in metres, x to the east and y to the north.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Points = NDArray[np.float64]  # (n, 2), m
-
-
-class Drawn(Protocol):
-    """Something with a centre line, as lanes have."""
-
-    @property
-    def shape(self) -> tuple[tuple[float, float], ...]:
-        """The line in driving direction [m]."""
 
 
 def points(shape: Sequence[tuple[float, float]]) -> Points:
@@ -67,16 +58,16 @@ def curve(start: Points, out: Points, into: Points, end: Points) -> Points:
 
 
 @dataclass(frozen=True)
-class Frame:
-    """Where a road meets the intersection: a point and the direction of travel."""
+class RoadPlace:
+    """A point on a road, such as where it meets an intersection, and the direction of travel."""
 
     origin: Points
     ahead: Points
 
     @classmethod
-    def of(cls, lanes: Sequence[Drawn], end: int) -> "Frame":
+    def of(cls, shapes: Sequence[Sequence[tuple[float, float]]], end: int) -> "RoadPlace":
         """The mean of lanes at their starts (0) or ends (-1)."""
-        lines = [points(lane.shape) for lane in lanes]
+        lines = [points(shape) for shape in shapes]
         ahead = np.mean([directions(line)[end] for line in lines], axis=0)
         return cls(np.mean([line[end] for line in lines], axis=0), ahead / np.linalg.norm(ahead))
 

@@ -1,15 +1,14 @@
 """What lies and is painted on the ground of an intersection, as lines and outlines in metres."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from benchmark.control.intersection import Intersection, Lane
-from benchmark.pictures.geometry import Frame, Points, curve, points, ribbon, shifted, stretch
+from benchmark.pictures.geometry import Points, RoadPlace, curve, points, ribbon, shifted, stretch
 from benchmark.scenario.scenario import Scenario
+from benchmark.sumo.ground import Surroundings
 from benchmark.sumo.junction import Junction
-from benchmark.sumo.network import Surroundings
 
 SHOULDER = 0.3  # m of asphalt beside a lane
 ARROW_SETBACK, ARROW_LENGTH = 5.0, 10.0  # m from the entrance, and stretched as painted ones are
@@ -43,23 +42,16 @@ def lines(ground: Surroundings) -> tuple[list[Points], list[Points]]:
     return between, middle
 
 
-@dataclass(frozen=True)
-class StopLine:
-    """The bar across an incoming lane at the entrance."""
+def stop_lines(scenario: Scenario, intersection: Intersection) -> Iterator[tuple[Points, bool]]:
+    """The left and right end of each incoming lane's stop line, and whether one yields there.
 
-    lane: str
-    ends: Points  # (2, 2), left and right
-    yields: bool  # from a slip lane one yields, and nobody has to stop
-
-
-def stop_lines(scenario: Scenario, intersection: Intersection) -> Iterator[StopLine]:
-    """The stop line of each incoming lane."""
+    From a slip lane one yields, and nobody has to stop.
+    """
     for lane in intersection.lanes.values():
         approach = getattr(scenario.approaches, lane.approach, None)
         yields = approach is not None and approach.slip_lane and turns(intersection, lane) == "R"
         line = points(lane.shape)
-        ends = np.array([shifted(line, side * lane.width / 2)[-1] for side in (-1, 1)])
-        yield StopLine(lane.id, ends, yields)
+        yield np.array([shifted(line, side * lane.width / 2)[-1] for side in (-1, 1)]), yields
 
 
 def turns(intersection: Intersection, lane: Lane) -> str:
@@ -73,10 +65,10 @@ def arrows(intersection: Intersection) -> Iterator[Points]:
         part = stretch(points(lane.shape), ARROW_SETBACK, ARROW_SETBACK + ARROW_LENGTH)
         if part is not None:
             length = float(np.linalg.norm(part[-1] - part[0]))
-            frame = Frame(part[0], (part[-1] - part[0]) / length)
+            foot = RoadPlace(part[0], (part[-1] - part[0]) / length)
             for piece in _arrow(turns(intersection, lane)):
                 scaled = piece * (lane.width / 3.2, length / ARROW_LENGTH)
-                yield np.array([frame.at(right, ahead) for right, ahead in scaled])
+                yield np.array([foot.at(right, ahead) for right, ahead in scaled])
 
 
 def _arrow(turns: str) -> Iterator[Points]:

@@ -1,6 +1,7 @@
 """Drawings of scenarios: files that hold what the scenario says, byte for byte again."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -12,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
 
-from benchmark.pictures import axes
+from benchmark.pictures import axes, geometry
 from benchmark.pictures.sheet import signal_program, whole
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import scenario
-from benchmark.sumo import network
+from benchmark.sumo import ground, network
 
 SMOKE = Path(__file__).parents[2] / "scenarios" / "smoke"
 
@@ -30,11 +31,11 @@ def drawn_words(target: Path) -> list[str]:
     return [text.text or "" for text in root.iter("{http://www.w3.org/2000/svg}text")]
 
 
-def site_of(name: str) -> axes.Site:
+def scene_of(name: str) -> axes.Scene:
     loaded = scenario.load(SMOKE / f"{name}.toml")
     built = network.build(loaded)
     junction = next(iter(built.junctions.values()))
-    return axes.Site(loaded, junction, network.surroundings(built))
+    return axes.Scene(loaded, junction, ground.surroundings(built))
 
 
 def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
@@ -60,7 +61,7 @@ def test_each_smoke_scenario_shows_its_approaches_counts_and_cycle(
     assert all(any(name in word for word in words) for name in loaded.approaches.names())
     assert loaded.signal is not None
     assert any(f"{loaded.signal.cycle:g} s" in word for word in words)
-    counts = {flow.movement: flow.volume for flow in site_of(path.stem).flows}
+    counts = {flow.movement: flow.volume for flow in scene_of(path.stem).flows}
     assert {f"{name}  {volume:.0f}" for name, volume in counts.items()} <= set(words)
 
 
@@ -69,7 +70,7 @@ def test_a_png_is_an_image_with_asphalt_and_every_approach_in_its_colour(tmp_pat
     image = imread(target, format="png")
     assert image.shape[0] > 1000
     assert image.shape[1] > 1000
-    for colour in (axes.ASPHALT, *axes.COLOURS.values()):
+    for colour in (axes.ASPHALT, *axes.COLOURS):
         near = np.abs(image[..., :3] - np.array(matplotlib.colors.to_rgb(colour))).max(axis=2)
         assert (near < 0.01).sum() > 500, colour
 
@@ -118,6 +119,25 @@ def test_a_scenario_without_signal_says_so(tmp_path: Path) -> None:
     assert not any("phase" in word for word in words)
 
 
+def test_every_junction_is_drawn_with_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crossing = scenario.load(SMOKE / "crossing.toml")
+    built = network.build(crossing)
+    (junction,) = built.junctions.values()
+    junctions = {
+        name: replace(junction, intersection=replace(junction.intersection, id=name))
+        for name in ("west", "east")
+    }
+    monkeypatch.setattr(network, "build", lambda _: replace(built, junctions=junctions))
+    whole.draw(crossing, target := tmp_path / "drawing.svg")
+    words = drawn_words(target)
+    assert {f"Plan, lanes and zones of {name}" for name in junctions} <= set(words)
+    assert words.count("northbound (N)") == 2
+    panels = whole.panels(crossing)
+    assert "".join(ElementTree.fromstring(panels["plan"]).itertext()).count("northbound (N)") == 2
+
+
 def test_an_actuated_program_says_that_greens_are_the_longest(tmp_path: Path) -> None:
     for name, expected in (("asymmetric", True), ("crossing", False)):
         whole.draw(scenario.load(SMOKE / f"{name}.toml"), target := tmp_path / f"{name}.svg")
@@ -140,24 +160,24 @@ def test_a_green_that_goes_on_has_no_yellow_between_phases() -> None:
 
 
 def test_flows_are_as_wide_as_their_counts_and_begin_and_end_on_their_roads() -> None:
-    site = site_of("asymmetric")
-    ratios = [flow.width / flow.volume for flow in site.flows]
+    scene = scene_of("asymmetric")
+    ratios = [flow.width / flow.volume for flow in scene.flows]
     assert ratios == pytest.approx([ratios[0]] * len(ratios))
-    for flow in site.flows:
-        leaves = site.exits[site.intersection.movements[flow.movement].exit]
-        assert abs(site.entrances[flow.approach].beside(flow.line[0])) < 8
+    for flow in scene.flows:
+        leaves = scene.exits[scene.intersection.movements[flow.movement].exit]
+        assert abs(scene.entrances[flow.approach].beside(flow.line[0])) < 8
         assert abs(leaves.beside(flow.line[-1])) < 8
         assert (flow.line[-1] - flow.line[-2]) @ leaves.ahead > 0
 
 
 def test_surroundings_hold_the_roads_that_leave_as_well_as_those_that_enter() -> None:
-    site = site_of("tee")
-    ways = [way for one in site.intersection.movements.values() for way in one.ways]
+    scene = scene_of("tee")
+    ways = [way for one in scene.intersection.movements.values() for way in one.ways]
     for way in ways:
-        assert site.ground.lanes[way.lane].shape[-1] == way.shape[0]
-        assert site.ground.lanes[way.exit_lane].shape[0] == way.shape[-1]
-    assert any(lane.inside for lane in site.ground.lanes.values())
-    assert site.ground.areas
+        assert scene.ground.lanes[way.lane].shape[-1] == way.shape[0]
+        assert scene.ground.lanes[way.exit_lane].shape[0] == way.shape[-1]
+    assert any(lane.inside for lane in scene.ground.lanes.values())
+    assert scene.ground.areas
 
 
 @given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 10)), min_size=1, max_size=8))
@@ -170,8 +190,8 @@ def test_things_in_a_row_never_overlap(things: list[tuple[float, float]]) -> Non
 
 
 def test_a_stretch_is_measured_from_the_end_of_a_line() -> None:
-    line = axes.points([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
-    part = axes.stretch(line, near=5.0, far=12.0)
+    line = geometry.points([(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)])
+    part = geometry.stretch(line, near=5.0, far=12.0)
     assert part is not None
     assert part.tolist() == [[8.0, 0.0], [10.0, 0.0], [10.0, 5.0]]
-    assert axes.stretch(line, near=20.0, far=30.0) is None
+    assert geometry.stretch(line, near=20.0, far=30.0) is None

@@ -5,47 +5,53 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmark.pictures import axes as drawing
-from benchmark.pictures.axes import Site
+from benchmark.pictures.axes import (
+    FLOW_TAIL,
+    PALE_ASPHALT,
+    Scene,
+    draw_asphalt,
+    draw_flows,
+    draw_stop_lines,
+    spread,
+)
 from benchmark.pictures.sheet.sheet import GAP, HEADING, MARGIN, PLAN, SIDE, Sheet, extent, window
-from benchmark.sumo.webster import peak
 
 
-def panel(sheet: Sheet, site: Site, top: float) -> None:
+def panel(sheet: Sheet, scene: Scene, top: float) -> None:
     """The counts with their heading."""
     left = MARGIN + PLAN + GAP
-    period = peak(site.scenario)
-    several = len(site.scenario.demand) > 1
+    period = scene.scenario.peak
+    several = len(scene.scenario.demand) > 1
     when = f", peak from {period.begin:g} s to {period.end:g} s" if several else ""
     sheet.heading(left, top, "b", f"Turning counts [veh/h]{when}")
-    draw(sheet, site, left, top + HEADING)
+    draw(sheet, scene, left, top + HEADING)
 
 
-def draw(sheet: Sheet, site: Site, left: float, top: float) -> None:
+def draw(sheet: Sheet, scene: Scene, left: float, top: float) -> None:
     """The counts themselves."""
     axes = sheet.axes(left, top, SIDE, SIDE)
-    labels = {flow.movement: f"{flow.movement}  {flow.volume:.0f}" for flow in site.flows}
+    labels = {flow.movement: f"{flow.movement}  {flow.volume:.0f}" for flow in scene.flows}
     longest = max(extent(words, 8)[0] for words in labels.values())
     side = 72 * SIDE  # points
-    reach = (site.radius + drawing.FLOW_TAIL + 1) / (1 - 2 * (longest + 8) / side)
-    window(axes, site, reach)
-    drawing.draw_asphalt(axes, site, drawing.PALE_ASPHALT)
-    drawing.draw_stop_lines(axes, site)
-    drawing.draw_flows(axes, site, reach)
-    for name in site.approaches:
-        _flow_labels(axes, site, name, labels, 10.5 * 2 * reach / side)
+    reach = (scene.radius + FLOW_TAIL + 1) / (1 - 2 * (longest + 8) / side)
+    window(axes, scene, reach)
+    draw_asphalt(axes, scene, PALE_ASPHALT)
+    draw_stop_lines(axes, scene)
+    draw_flows(axes, scene, reach)
+    for name in scene.approaches:
+        _flow_labels(axes, scene, name, labels, 10.5 * 2 * reach / side)
 
 
 def _flow_labels(
-    axes: Axes, site: Site, approach: str, labels: dict[str, str], spacing: float
+    axes: Axes, scene: Scene, approach: str, labels: dict[str, str], spacing: float
 ) -> None:
     """Each movement's count where its band begins, along the road."""
-    frame = site.entrances[approach]
+    entrance = scene.entrances[approach]
     flows = sorted(
-        (flow for flow in site.flows if flow.approach == approach), key=lambda flow: flow.place
+        (flow for flow in scene.flows if flow.approach == approach), key=lambda flow: flow.place
     )
-    rows = drawing.spread([flow.place for flow in flows], [spacing] * len(flows))
-    angle = float(np.degrees(np.arctan2(frame.ahead[1], frame.ahead[0])))
+    rows = spread([flow.place for flow in flows], [spacing] * len(flows))
+    angle = float(np.degrees(np.arctan2(entrance.ahead[1], entrance.ahead[0])))
     upright = -90 < angle <= 90
     looks: dict[str, Any] = {
         "rotation": angle if upright else angle + 180,
@@ -54,5 +60,5 @@ def _flow_labels(
         "va": "center_baseline",
     }
     for flow, row in zip(flows, rows, strict=True):
-        x, y = frame.at(row, -drawing.FLOW_TAIL - 1)
+        x, y = entrance.at(row, -FLOW_TAIL - 1)
         axes.text(x, y, labels[flow.movement], **looks)

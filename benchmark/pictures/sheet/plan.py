@@ -7,9 +7,18 @@ from matplotlib.axes import Axes
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch, Polygon
 
-from benchmark.pictures import axes as drawing
-from benchmark.pictures.axes import Site, colour_of
-from benchmark.pictures.geometry import Frame
+from benchmark.pictures.axes import (
+    ASPHALT,
+    CONTROL_TINT,
+    DECISION_TINT,
+    Scene,
+    draw_asphalt,
+    draw_markings,
+    draw_stop_lines,
+    draw_zones,
+    on_asphalt,
+)
+from benchmark.pictures.geometry import RoadPlace
 from benchmark.pictures.sheet.sheet import (
     BARE,
     HEADING,
@@ -21,62 +30,63 @@ from benchmark.pictures.sheet.sheet import (
     extent,
     window,
 )
-from benchmark.scenario.layout import LETTERS
 
 NEAREST, FARTHEST = 40.0, 170.0  # m from the centre to a side
 
 
-def panel(sheet: Sheet, site: Site, top: float) -> None:
-    """The plan with its heading."""
-    sheet.heading(MARGIN, top, "a", "Plan, lanes and zones")
-    draw(sheet, site, MARGIN, top + HEADING)
+def panel(sheet: Sheet, scene: Scene, top: float, name: str) -> None:
+    """The plan with its heading, and the junction's name where there are several."""
+    sheet.heading(MARGIN, top, "a", f"Plan, lanes and zones{name}")
+    draw(sheet, scene, MARGIN, top + HEADING)
 
 
-def draw(sheet: Sheet, site: Site, left: float, top: float) -> None:
+def draw(sheet: Sheet, scene: Scene, left: float, top: float) -> None:
     """The plan itself, and its legend below."""
     axes = sheet.axes(left, top, PLAN, PLAN)
-    reach = min(max(site.radius + site.intersection.control_zone + 8, NEAREST), FARTHEST)
-    window(axes, site, reach)
-    drawing.draw_asphalt(axes, site, drawing.ASPHALT)
-    drawing.draw_zones(axes, site)
-    drawing.draw_markings(axes, site)
-    drawing.draw_stop_lines(axes, site)
-    for name, frame in site.entrances.items():
-        _approach_label(axes, site, name, frame, reach)
-    _legend_strip(sheet, site, left, top + PLAN, reach)
+    reach = min(max(scene.radius + scene.intersection.control_zone + 8, NEAREST), FARTHEST)
+    window(axes, scene, reach)
+    draw_asphalt(axes, scene, ASPHALT)
+    draw_zones(axes, scene)
+    draw_markings(axes, scene)
+    draw_stop_lines(axes, scene)
+    for name, entrance in scene.entrances.items():
+        _approach_label(axes, scene, name, entrance, reach)
+    _legend_strip(sheet, scene, left, top + PLAN, reach)
 
 
-def _approach_label(axes: Axes, site: Site, name: str, frame: Frame, reach: float) -> None:
+def _approach_label(axes: Axes, scene: Scene, name: str, entrance: RoadPlace, reach: float) -> None:
     """The approach's name on the kerb side of its incoming lanes, near the edge of the view."""
-    words = f"{name} ({LETTERS[name]})" if name in LETTERS else name
+    movements = scene.intersection.movements.values()
+    short = next(one.id.rpartition("-")[0] for one in movements if one.approach == name)
+    words = name if short == name else f"{name} ({short})"
     metre = 72 * PLAN / (2 * reach)  # points
     width, height = ((side + 14) / metre for side in extent(words, 9, "bold"))
-    kerb = max(frame.beside(np.array(lane.shape[-1])) for lane in site.approaches[name]) + 1.6
-    right = abs(frame.right)
+    kerb = max(entrance.beside(np.array(lane.shape[-1])) for lane in scene.approaches[name]) + 1.6
+    right = abs(entrance.right)
     aside = kerb + (width * right[0] + height * right[1]) / 2 + 1.5
     room = np.array([reach - width / 2 - 3, reach - height / 2 - 3])
-    from_centre = frame.at(aside, 0.0) - site.centre
-    limits = (room + np.sign(frame.ahead) * from_centre) / np.maximum(abs(frame.ahead), 1e-9)
-    place = frame.at(aside, -float(min(limits)))
-    box = {"boxstyle": "round,pad=0.35", "facecolor": "white", "edgecolor": colour_of(name)}
+    from_centre = entrance.at(aside, 0.0) - scene.centre
+    limits = (room + np.sign(entrance.ahead) * from_centre) / np.maximum(abs(entrance.ahead), 1e-9)
+    place = entrance.at(aside, -float(min(limits)))
+    box = {"boxstyle": "round,pad=0.35", "facecolor": "white", "edgecolor": scene.colours[name]}
     looks: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 9, "fontweight": "bold"}
     axes.text(place[0], place[1], words, bbox={"linewidth": 1.2, **box}, **looks)
 
 
-def _legend_strip(sheet: Sheet, site: Site, left: float, top: float, reach: float) -> None:
+def _legend_strip(sheet: Sheet, scene: Scene, left: float, top: float, reach: float) -> None:
     """Zones, scale bar and north below the plan, at the plan's scale."""
     axes = sheet.axes(left, top, PLAN, STRIP)
     axes.set(xlim=(0, 2 * reach), ylim=(0, 1))
     axes.axis("off")
     swatches = [
-        tuple(Patch(facecolor=drawing.zone_colour(name, tint)) for name in site.approaches)
-        for tint in (drawing.CONTROL_TINT, drawing.DECISION_TINT)
+        tuple(Patch(facecolor=on_asphalt(colour, tint)) for colour in scene.colours.values())
+        for tint in (CONTROL_TINT, DECISION_TINT)
     ]
     axes.legend(
         swatches,
         [
-            f"control zone, {site.intersection.control_zone:g} m",
-            f"decision zone, {site.intersection.decision_zone:g} m",
+            f"control zone, {scene.intersection.control_zone:g} m",
+            f"decision zone, {scene.intersection.decision_zone:g} m",
         ],
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
         handlelength=4,

@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import TextPath
 
-from benchmark.pictures import axes as drawing
-from benchmark.pictures.axes import Site
+from benchmark.pictures.axes import GROUND, Scene
 
 INK, GREY = "#222222", "#555555"
 BARE: dict[str, Any] = {"frameon": False, "borderpad": 0}  # looks of legends
@@ -84,9 +83,9 @@ def extent(words: str, size: float, weight: str = "normal") -> tuple[float, floa
     return box.width, box.height
 
 
-def window(axes: Axes, site: Site, reach: float) -> None:
+def window(axes: Axes, scene: Scene, reach: float) -> None:
     """A square view of the ground without a frame."""
-    x, y = site.centre
+    x, y = scene.centre
     axes.set(xlim=(x - reach, x + reach), ylim=(y - reach, y + reach), xticks=[], yticks=[])
-    axes.set_facecolor(drawing.GROUND)
+    axes.set_facecolor(GROUND)
     axes.spines[:].set_visible(False)

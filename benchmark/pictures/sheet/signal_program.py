@@ -6,7 +6,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
-from benchmark.pictures.axes import Site, colour_of
+from benchmark.pictures.axes import Scene
 from benchmark.pictures.sheet.sheet import (
     BARE,
     GAP,
@@ -18,7 +18,7 @@ from benchmark.pictures.sheet.sheet import (
     SIDE,
     Sheet,
 )
-from benchmark.scenario.layout import Phase, Signal
+from benchmark.scenario.signal import Signal, SignalPhase
 
 LIGHTS: dict[str, dict[str, Any]] = {  # looks of bars; Okabe-Ito
     "green": {"facecolor": "#009E73"},
@@ -28,9 +28,9 @@ LIGHTS: dict[str, dict[str, Any]] = {  # looks of bars; Okabe-Ito
 }
 
 
-def panel(sheet: Sheet, site: Site, top: float) -> None:
+def panel(sheet: Sheet, scene: Scene, top: float) -> None:
     """The program with its heading, or that there is none."""
-    left, signal = MARGIN + PLAN + GAP, site.scenario.signal
+    left, signal = MARGIN + PLAN + GAP, scene.scenario.programs.get(scene.intersection.id)
     if signal is None:
         sheet.heading(left, top, "c", "Signal program")
         words = "None: the scenario has no signal program."
@@ -39,26 +39,26 @@ def panel(sheet: Sheet, site: Site, top: float) -> None:
     kind = "cycle up to" if signal.kind == "actuated" else "cycle"
     sheet.heading(left, top, "c", f"Signal program: {signal.kind}, {kind} {signal.cycle:g} s")
     axes = sheet.axes(left + 0.45, top + 0.6, SIDE - 0.45, 1.7)
-    _phase_diagram(axes, site, signal)
+    _phase_diagram(axes, scene, signal)
     _phase_heads(axes, signal)
-    _light_legend(axes, site, signal)
-    notes = "\n".join(_notes(site, signal))
+    _light_legend(axes, scene, signal)
+    notes = "\n".join(_notes(scene, signal))
     sheet.text(left, top + 2.93, notes, fontsize=7, color=GREY, linespacing=1.3)
 
 
-def _notes(site: Site, signal: Signal) -> Iterator[str]:
+def _notes(scene: Scene, signal: Signal) -> Iterator[str]:
     """What the diagram leaves out."""
     if signal.kind == "actuated":
         yield "Greens are the longest; ticks mark the shortest."
-    if any(one.turn == "R" for one in site.intersection.movements.values()):
+    if any(movement.turn == "R" for movement in scene.intersection.movements.values()):
         yield "Right turns go with any green of their approach and yield; on red they stop first."
-    if any(approach.slip_lane for _, approach in site.scenario.approaches.items()):
+    if any(approach.slip_lane for _, approach in scene.scenario.approaches.items()):
         yield "From a slip lane (broken stop line) they only yield."
 
 
-def _phase_diagram(axes: Axes, site: Site, signal: Signal) -> None:
+def _phase_diagram(axes: Axes, scene: Scene, signal: Signal) -> None:
     """A row per regulated movement over one cycle."""
-    movements = site.intersection.regulated_movements
+    movements = scene.intersection.regulated_movements
     axes.set(xlim=(0, signal.cycle), ylim=(len(movements) - 0.4, -0.6))
     axes.set_yticks(range(len(movements)), movements)
     axes.set_xlabel("time in the cycle [s]", labelpad=1)
@@ -68,7 +68,8 @@ def _phase_diagram(axes: Axes, site: Site, signal: Signal) -> None:
     for row, name in enumerate(movements):
         axes.axhline(row, color="#cccccc", linewidth=0.8, zorder=0)
         patch = Rectangle((-0.02, row - 0.5), 0.012, 1.0, transform=axes.get_yaxis_transform())
-        patch.set(color=colour_of(site.intersection.movements[name].approach), clip_on=False)
+        approach = scene.intersection.movements[name].approach
+        patch.set(color=scene.colours[approach], clip_on=False)
         axes.add_patch(patch)
         for start, length, light in lights(signal, name):
             axes.barh(row, length, 0.72, start, **LIGHTS[light])
@@ -78,7 +79,7 @@ def _phase_diagram(axes: Axes, site: Site, signal: Signal) -> None:
                 axes.vlines(shortest, row - 0.36, row + 0.36, colors=INK, linewidth=1.2)
 
 
-def _timeline(signal: Signal) -> Iterator[tuple[float, Phase, Phase]]:
+def _timeline(signal: Signal) -> Iterator[tuple[float, SignalPhase, SignalPhase]]:
     """Each phase with its start [s] and the phase after it."""
     start = 0.0
     for phase, after in zip(signal.phases, (*signal.phases[1:], signal.phases[0]), strict=True):
@@ -111,9 +112,9 @@ def _phase_heads(axes: Axes, signal: Signal) -> None:
         axes.text(start + length / 2, 1.03, words, transform=above, ha="center", fontsize=7.5)
 
 
-def _light_legend(axes: Axes, site: Site, signal: Signal) -> None:
+def _light_legend(axes: Axes, scene: Scene, signal: Signal) -> None:
     """The lights that the program shows."""
-    movements = site.intersection.regulated_movements
+    movements = scene.intersection.regulated_movements
     seen = {light for name in movements for _, length, light in lights(signal, name) if length}
     shown = [light for light in LIGHTS if light in seen]
     axes.legend(

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from benchmark.pictures import axes
-from benchmark.pictures.axes import Site
+from benchmark.pictures.axes import GROUND, Scene
 from benchmark.pictures.sheet import counts, plan, signal_program
 from benchmark.pictures.sheet.sheet import (
     GREY,
@@ -23,8 +22,7 @@ from benchmark.pictures.sheet.sheet import (
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.files import writing
 from benchmark.scenario.scenario import Scenario
-from benchmark.sumo import network
-from benchmark.sumo.webster import peak
+from benchmark.sumo import ground, network
 
 FORMATS = ("png", "svg")
 LINE, TITLE_LINE = 0.15, 0.27  # in
@@ -63,14 +61,14 @@ def panels(scenario: Scenario) -> dict[str, str]:
     Raises:
         NetworkError: netconvert refuses the scenario's network.
     """
-    site = _site(scenario)
-    above, beside = (
-        Sheet(height, width, axes.GROUND) for height, width in ((PLAN + STRIP, PLAN), (SIDE, SIDE))
-    )
+    scenes = _scenes(scenario)
+    plans = Sheet((PLAN + STRIP) * len(scenes), PLAN, GROUND)
+    volumes = Sheet(SIDE * len(scenes), SIDE, GROUND)
     with styled():
-        plan.draw(above, site, 0.0, 0.0)
-        counts.draw(beside, site, 0.0, 0.0)
-        return {"plan": _svg(above.figure), "counts": _svg(beside.figure)}
+        for row, scene in enumerate(scenes):
+            plan.draw(plans, scene, 0.0, row * (PLAN + STRIP))
+            counts.draw(volumes, scene, 0.0, row * SIDE)
+        return {"plan": _svg(plans.figure), "counts": _svg(volumes.figure)}
 
 
 def _svg(figure: Figure) -> str:
@@ -79,29 +77,35 @@ def _svg(figure: Figure) -> str:
     return text.getvalue()
 
 
-def _site(scenario: Scenario) -> Site:
+def _scenes(scenario: Scenario) -> list[Scene]:
+    """Each junction, with the ground of all of them."""
     built = network.build(scenario)
-    junction = next(iter(built.junctions.values()))
-    return Site(scenario, junction, network.surroundings(built))
+    around = ground.surroundings(built)
+    return [Scene(scenario, junction, around) for junction in built.junctions.values()]
 
 
 def _figure(scenario: Scenario) -> Figure:
-    site = _site(scenario)
+    """The title, a row of panels for each junction, and the footer."""
+    scenes = _scenes(scenario)
     title = lines(scenario.title, width=88, most=3)
     foot = _footer(scenario)
-    top = MARGIN + TITLE_LINE * len(title) + 0.1
-    bottom = top + HEADING + PLAN + STRIP
-    sheet = Sheet(bottom + 0.15 + LINE * len(foot) + 0.2)
+    tops = [MARGIN + TITLE_LINE * len(title) + 0.1]
+    for _ in scenes:
+        tops.append(tops[-1] + HEADING + PLAN + STRIP)
+    sheet = Sheet(tops[-1] + 0.15 + LINE * len(foot) + 0.2)
     sheet.text(MARGIN, MARGIN, "\n".join(title), fontsize=14, fontweight="bold", linespacing=1.25)
-    plan.panel(sheet, site, top)
-    counts.panel(sheet, site, top)
-    signal_program.panel(sheet, site, top + HEADING + SIDE + 0.3)
-    sheet.text(MARGIN, bottom + 0.15, "\n".join(foot), fontsize=7, color=GREY, linespacing=1.3)
+    for scene, top in zip(scenes, tops, strict=False):
+        name = f" of {plain(scene.intersection.id)}" if len(scenes) > 1 else ""
+        plan.panel(sheet, scene, top, name)
+        counts.panel(sheet, scene, top)
+        signal_program.panel(sheet, scene, top + HEADING + SIDE + 0.3)
+    words = "\n".join(foot)
+    sheet.text(MARGIN, tops[-1] + 0.15, words, fontsize=7, color=GREY, linespacing=1.3)
     return sheet.figure
 
 
 def _footer(scenario: Scenario) -> list[str]:
-    period = peak(scenario)
+    period = scenario.peak
     total = sum(period.counts(name).total for name in scenario.approaches.names())
     words = f"Total demand: {total:.0f} veh/h in the peak period."
     if scenario.sources:
