@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from benchmark.control.controller import Command, Controller
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 
 
 class TrafficLight(Controller):
@@ -26,14 +26,15 @@ class TrafficLight(Controller):
 class TrafficLightWebster(TrafficLight):
     """The deployed phases with cycle and splits by Webster's method on the counts."""
 
-    def signal(self, scenario: Scenario) -> Signal | None:
+    def signal(self, scenario: Scenario, junction: str) -> Signal | None:
         """The retimed program."""
         from benchmark.sumo import network, webster
 
-        if scenario.signal is None:
+        deployed = scenario.junctions[junction].signal
+        if deployed is None:
             return None
-        junction = next(iter(network.build(scenario).junctions.values()))
-        return webster.retimed(scenario, junction.intersection, scenario.signal)
+        intersection = network.build(scenario).junctions[junction].intersection
+        return webster.retimed(scenario, intersection, deployed)
 
 
 class TrafficLightActuated(TrafficLightWebster):
@@ -46,9 +47,9 @@ class TrafficLightActuated(TrafficLightWebster):
     LONGEST = 1.5  # times Webster's green
     GAP = 2.0  # s without a vehicle that ends a green
 
-    def signal(self, scenario: Scenario) -> Signal | None:
+    def signal(self, scenario: Scenario, junction: str) -> Signal | None:
         """Webster's phases as an actuated program."""
-        timed = super().signal(scenario)
+        timed = super().signal(scenario, junction)
         if timed is None:
             return None
         phases = tuple(

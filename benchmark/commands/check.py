@@ -13,6 +13,14 @@ if TYPE_CHECKING:
     from benchmark.admission.conformance import Result
 
 CONTROLLER = "controller"  # the word that turns what follows into controllers
+COLUMNS = (
+    "movement",
+    "veh (counts)",
+    "veh (routes)",
+    "share (counts)",
+    "share (routes)",
+    "saturation",
+)
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
@@ -54,25 +62,27 @@ def _check_scenarios(references: Sequence[str]) -> None:
     from benchmark.scenario import catalogue
     from benchmark.sumo.inspection import inspect
 
-    for one in catalogue.find(references):
-        found = inspect(one)
-        table = Table(
-            *("movement", "veh (counts)", "veh (routes)", "share (counts)", "share (routes)"),
-            "saturation",
-            title=f"{one.name} {one.hash[:12]}, network {found.network_hash[:12]}",
-            title_justify="left",
-        )
-        for share in found.shares:
-            degree = found.saturation.get(share.movement)
-            table.add_row(
-                *(share.movement, f"{share.expected_vehicles:.0f}", str(share.vehicles)),
-                *(f"{share.wanted:.1%}", f"{share.realised:.1%}"),
-                "-" if degree is None else f"{degree:.2f}",
-            )
+    for scenario in catalogue.find(references):
+        inspection = inspect(scenario)
+        hashes = f"{scenario.hash[:12]}, network {inspection.network_hash[:12]}"
+        table = Table(*COLUMNS, title=f"{scenario.name} {hashes}", title_justify="left")
+        several = len(inspection.shares) > 1
+        for junction, shares in inspection.shares.items():
+            degrees = inspection.saturation.get(junction, {})
+            for share in shares:
+                degree = degrees.get(share.movement)
+                table.add_row(
+                    f"{junction} {share.movement}" if several else share.movement,
+                    f"{share.expected_vehicles:.0f}",
+                    str(share.vehicles),
+                    f"{share.wanted:.1%}",
+                    f"{share.realised:.1%}",
+                    "-" if degree is None else f"{degree:.2f}",
+                )
         console.stdout().print(table)
-        for finding in found.findings:
+        for finding in inspection.findings:
             console.stdout().print(f"[yellow]![/] {console.literal(finding)}", soft_wrap=True)
-        count = len(found.findings)
+        count = len(inspection.findings)
         console.stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
 
 
@@ -80,12 +90,13 @@ def _check_controllers(references: Sequence[str], scenarios: Sequence[str]) -> N
     from benchmark.admission.conformance import check_controller
     from benchmark.control import plugins
 
-    found = [plugins.find(one) for one in dict.fromkeys(references)]  # all, before any is run
+    once = dict.fromkeys(references)
+    controllers = [plugins.find(reference) for reference in once]  # all, before any is run
     failed = 0
-    for plugin in found:
+    for plugin in controllers:
         results = check_controller(plugin.reference, scenarios)
         _print(f"{plugin.label} ({plugins.provenance(plugin.reference)})", results)
-        failed += any(one.status == "failed" for one in results)
+        failed += any(result.status == "failed" for result in results)
     if failed:
         raise typer.Exit(1)
 
@@ -100,14 +111,15 @@ def _print(title: str, results: "Sequence[Result]") -> None:
         style = STYLES[status]
         table.add_row(check, "\n".join(scenarios), f"[{style}]{status}[/]", console.literal(words))
     console.stdout().print(table)
-    count = {status: sum(one.status == status for one in results) for status in STYLES}
-    known = ", ".join(f"{number} {status}" for status, number in count.items() if number)
-    console.stdout().print(f"{known}\n")
+    counts = {status: sum(result.status == status for result in results) for status in STYLES}
+    summary = ", ".join(f"{count} {status}" for status, count in counts.items() if count)
+    console.stdout().print(f"{summary}\n")
 
 
 def _gathered(results: "Iterable[Result]") -> list[tuple[str, list[str], str, str]]:
     """Results with the scenarios on which they are the same put together."""
     rows: dict[tuple[str, str, str], list[str]] = {}
-    for one in results:
-        rows.setdefault((one.check, one.status, one.words), []).append(one.scenario)
+    for result in results:
+        key = result.check, result.status, result.words
+        rows.setdefault(key, []).append(result.scenario)
     return [(check, where, status, words) for (check, status, words), where in rows.items()]

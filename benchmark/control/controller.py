@@ -9,8 +9,8 @@ from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState
 from benchmark.control.training import Training
 from benchmark.plumbing.errors import ControllerError
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +103,18 @@ class Controller(ABC):
 
     def supports(self, scenario: Scenario) -> str | None:
         """Why the scenario is to be skipped, or None if the controller can run on it."""
-        if self.rules == "signals" and scenario.signal is None:
+        if self.rules == "signals" and scenario.programs.keys() < scenario.junctions.keys():
             return "the scenario has no signal"
         return None
 
-    def signal(self, scenario: Scenario) -> Signal | None:
-        """The program that SUMO runs where signals rule, until the first ``Phase`` command."""
-        return scenario.signal
+    def signal(self, scenario: Scenario, junction: str) -> Signal | None:
+        """The program that SUMO runs where signals rule, until the first ``Phase`` command.
+
+        Args:
+            scenario: where.
+            junction: the id of the intersection whose lights run it.
+        """
+        return scenario.junctions[junction].signal
 
     @abstractmethod
     def reset(self, intersection: Intersection, seed: int) -> None:

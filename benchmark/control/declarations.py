@@ -7,7 +7,7 @@ from typing import Literal, Self
 
 from benchmark.control import reference as naming
 from benchmark.control.controller import Controller
-from benchmark.scenario.scenario import Scenario
+from benchmark.control.intersection import Intersection
 
 Rules = Literal["signals", "robot vehicles"]
 Arbitration = Literal["flexible", "own"]
@@ -48,14 +48,16 @@ class Declaration:
         """Who arbitrates conflicts; None where signals do."""
         return self.arbitration if self.rules == "robot vehicles" else None
 
-    def unmet(self, scenario: Scenario, rate: float | None) -> str | None:
-        """Why a scenario at a penetration rate is none for the controller; None if it is.
+    def unmet(self, intersections: Collection[Intersection], rate: float | None) -> str | None:
+        """Why intersections at a penetration rate are none for the controller; None if they are.
 
         Signals are for ``Controller.supports`` to ask for: a controller may bring its own program.
         """
-        count = len(scenario.approaches.names())
-        if self.approaches is not None and count not in self.approaches:
-            return f"it needs {_numbers(self.approaches)} approaches, and the scenario has {count}"
+        for intersection in intersections:
+            count = len(intersection.approaches)
+            if self.approaches is not None and count not in self.approaches:
+                place = "the scenario" if len(intersections) == 1 else intersection.id
+                return f"it needs {_numbers(self.approaches)} approaches, and {place} has {count}"
         least, greatest = self.rates
         if rate is not None and not least <= rate <= greatest:
             return f"it needs {self._span()} RVs, and the rate is {100 * rate:g} %"

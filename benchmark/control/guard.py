@@ -14,10 +14,11 @@ from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
 from benchmark.control.training import Training
 from benchmark.plumbing.errors import RightOfWayError
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 
 TRAINED_ON = TypeAdapter(tuple[Training, ...] | None)
+PROGRAMS = TypeAdapter(dict[str, Signal])
 FAULTS = (Exception, SystemExit)  # a controller that exits must not end the whole suite
 
 Decided = TypeVar("Decided", covariant=True)
@@ -40,7 +41,7 @@ class Decider(Protocol):
     unsupported: str | None  # why the scenario is to be skipped
     weights_hash: str | None
     trained_on: tuple[Training, ...] | None
-    signal: Signal | None  # the program that SUMO runs, where signals rule
+    programs: Mapping[str, Signal]  # by junction, that SUMO runs; empty where lights are dark
 
     def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
         """A new episode begins at every junction."""
@@ -115,7 +116,7 @@ class Guard:
 
     Args:
         plugin: the controller.
-        scenario: what it is to run on; ``unsupported`` says why not, ``signal`` what SUMO runs.
+        scenario: what it is to run on; ``unsupported`` says why not, ``programs`` what SUMO runs.
 
     Raises:
         ControllerFailedError: from here and from every method, where the controller raised.
@@ -130,11 +131,8 @@ class Guard:
             self.unsupported = self._first.supports(scenario)
             self.weights_hash = self._first.weights_hash
             self.trained_on = TRAINED_ON.validate_python(self._first.trained_on)
-            self.signal: Signal | None = None
-            if self.declaration.rules == "signals" and self.unsupported is None:
-                self.signal = self._first.signal(scenario)
-                if self.signal is None:
-                    raise TypeError("signal returned None where signals rule")
+            lit = self.declaration.rules == "signals" and self.unsupported is None
+            self.programs = self._programs(scenario) if lit else {}
         except RightOfWayError:
             raise
         except FAULTS as error:
@@ -148,6 +146,15 @@ class Guard:
             raise
         except FAULTS as error:
             raise raised("construction", error) from error
+
+    def _programs(self, scenario: Scenario) -> dict[str, Signal]:
+        programs = {}
+        for junction in scenario.junctions:
+            program = self._first.signal(scenario, junction)
+            if program is None:
+                raise TypeError("signal returned None where signals rule")
+            programs[junction] = program
+        return programs
 
     def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
         """A new episode begins at every junction."""

@@ -74,6 +74,11 @@ class Intersection:
     phases: Mapping[str, frozenset[str]]  # name of a signal phase -> its movements
 
     @cached_property
+    def approaches(self) -> tuple[str, ...]:
+        """Ids of the roads that lead here, clockwise."""
+        return tuple(dict.fromkeys(lane.approach for lane in self.lanes.values()))
+
+    @cached_property
     def regulated_movements(self) -> tuple[str, ...]:
         """Ids of the left and cross movements, clockwise by approach; eight on four legs."""
         return tuple(name for name, movement in self.movements.items() if movement.regulated)

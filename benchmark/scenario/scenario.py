@@ -3,7 +3,8 @@
 import hashlib
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from datetime import date, time
 from itertools import pairwise
 from pathlib import Path
@@ -22,19 +23,22 @@ from benchmark.plumbing import toml_file
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.plumbing.messages import explain
 from benchmark.plumbing.models import Table
-from benchmark.scenario.layout import (
-    COMPASS,
-    LARGEST_COUNT,
-    LETTERS,
-    TURNS,
-    Approach,
-    Approaches,
-    Demand,
-    Evaluation,
-    Intersection,
-    Signal,
-    VehicleClass,
-)
+from benchmark.scenario.demand import LARGEST_COUNT, Demand
+from benchmark.scenario.evaluation import Evaluation, Zones
+from benchmark.scenario.layout import COMPASS, TURNS, Approaches
+from benchmark.scenario.signal import Signal
+from benchmark.scenario.vehicles import VehicleClass
+
+CENTRE = "intersection"
+"""The id of a drawn scenario's junction."""
+
+
+@dataclass(frozen=True)
+class Ruled:
+    """What a scenario says of one junction that controllers rule."""
+
+    zones: Zones
+    signal: Signal | None
 
 
 class Scenario(Table):
@@ -47,7 +51,7 @@ class Scenario(Table):
     tags: tuple[str, ...] = ()
     sources: tuple[str, ...] = Field((), description="Where geometry, counts and signal are from.")
     evaluation: Evaluation = Evaluation()
-    intersection: Intersection = Intersection()
+    intersection: Zones = Zones()
     approaches: Approaches
     demand: tuple[Demand, ...] = Field(min_length=1)
     vehicles: dict[str, VehicleClass] = Field(
@@ -92,21 +96,10 @@ class Scenario(Table):
             meaning["approaches"][name] |= {
                 "bay": approach.bay if approach.has_bay else None,
                 "upstream_lanes": approach.upstream_lanes or len(approach.lane_turns),
-                "exit_lanes": approach.exit_lanes or self._lanes_beyond(name),
+                "exit_lanes": approach.exit_lanes or self.approaches.lanes_beyond(name),
             }
         canonical = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
-
-    def _lanes_beyond(self, name: str) -> int | None:
-        """The lanes of the other side of the road beyond an approach, None without such a road."""
-        if (leg := self.exit_leg(name, "C")) is None:
-            return None
-        other: Approach = getattr(self.approaches, leg)
-        return other.upstream_lanes or len(other.lane_turns)
-
-    def served_turns(self, approach: str) -> set[str]:
-        """The turns that some lane of the approach serves."""
-        return set("".join(getattr(self.approaches, approach).lane_turns))
 
     def with_demand(self, factor: float) -> "Scenario":
         """The same scenario with every turning count multiplied."""
@@ -116,9 +109,24 @@ class Scenario(Table):
         return self.model_copy(update={"demand": demand})
 
     @property
+    def junctions(self) -> Mapping[str, Ruled]:
+        """The junctions that controllers rule, by their ids."""
+        return {CENTRE: Ruled(self.intersection, self.signal)}
+
+    @property
+    def programs(self) -> Mapping[str, Signal]:
+        """The signal programs as deployed, by junction; only of those that have one."""
+        return {name: ruled.signal for name, ruled in self.junctions.items() if ruled.signal}
+
+    @property
+    def peak(self) -> Demand:
+        """The period with the greatest counts."""
+        return max(self.demand, key=lambda period: period.total)
+
+    @property
     def peak_demand(self) -> float:
         """All turning counts of the busiest period together [veh/h]."""
-        return max(period.total for period in self.demand)
+        return self.peak.total
 
     def at_demand(self, total: float) -> "Scenario":
         """The same scenario with its counts scaled to a total in the busiest period [veh/h].
@@ -174,60 +182,46 @@ class Scenario(Table):
     def _road_problems(self) -> Iterator[str]:
         for name in COMPASS:
             counted = {t for t in TURNS if any(p.counts(name).of(t) > 0 for p in self.demand)}
-            approach = getattr(self.approaches, name)
-            if approach is None:
-                if counted:
-                    yield f"demand.{name}: there is no such approach; remove the counts"
-                continue
-            served = self.served_turns(name)
-            for turn in sorted(counted - served):
-                yield (
-                    f"demand.{name}: vehicles turn {turn} but no lane serves it in "
-                    f'approaches.{name}.lanes = "{approach.lanes}"; add a lane or drop the count'
-                )
-            for turn in sorted(served - counted):
-                yield (
-                    f'approaches.{name}.lanes: "{approach.lanes}" serves {turn} but no turn '
-                    f"count uses it; remove the letter or add the count to demand"
-                )
-            if approach.exit_lanes and self.exit_leg(name, "C") is None:
-                yield f"approaches.{name}.exit_lanes: there is no road beyond; remove the key"
-            for turn in sorted(served):
-                if self.exit_leg(name, turn) is None:
-                    yield f'approaches.{name}.lanes: turn "{turn}" leads to no road'
-
-        if not any(self.served_turns(name) & {"L", "C"} for name in self.approaches.names()):
+            if name in self.approaches.names():
+                yield from self._approach_problems(name, counted)
+            elif counted:
+                yield f"demand.{name}: there is no such approach; remove the counts"
+        if not any(movement[-1] in "LC" for movement in self.approaches.movements()):
             yield "approaches: all lanes turn right; there is nothing to regulate"
+
+    def _approach_problems(self, name: str, counted: set[str]) -> Iterator[str]:
+        approach, served = self.approaches.of(name), self.approaches.served_turns(name)
+        for turn in sorted(counted - served):
+            yield (
+                f"demand.{name}: vehicles turn {turn} but no lane serves it in "
+                f'approaches.{name}.lanes = "{approach.lanes}"; add a lane or drop the count'
+            )
+        for turn in sorted(served - counted):
+            yield (
+                f'approaches.{name}.lanes: "{approach.lanes}" serves {turn} but no turn '
+                f"count uses it; remove the letter or add the count to demand"
+            )
+        if approach.exit_lanes and self.approaches.exit_leg(name, "C") is None:
+            yield f"approaches.{name}.exit_lanes: there is no road beyond; remove the key"
+        for turn in sorted(served):
+            if self.approaches.exit_leg(name, turn) is None:
+                yield f'approaches.{name}.lanes: turn "{turn}" leads to no road'
 
     def _signal_problems(self) -> Iterator[str]:
         if self.signal is None:
             return
-        regulated = {
-            f"{LETTERS[name]}-{turn}"
-            for name in self.approaches.names()
-            for turn in self.served_turns(name)
-        }
+        movements = self.approaches.movements()
         for index, phase in enumerate(self.signal.phases):
             for movement in phase.movements:
-                if movement not in regulated:
+                if movement not in movements:
                     yield (
                         f'signal.phases[{index}]: unknown movement "{movement}"; '
-                        f"expected one of {', '.join(sorted(regulated))}"
+                        f"expected one of {', '.join(movements)}"
                     )
         green = {movement for phase in self.signal.phases for movement in phase.movements}
-        for movement in sorted(regulated - green):
-            if not movement.endswith("R"):
+        for movement in movements:
+            if movement not in green and not movement.endswith("R"):
                 yield f'signal.phases: movement "{movement}" is never green; add it to a phase'
-
-    def exit_leg(self, approach: str, turn: str) -> str | None:
-        """The approach on whose leg a turn leaves the intersection, or None if there is none.
-
-        A vehicle that travels north and turns right leaves on the eastern leg, which is the one
-        that westbound vehicles arrive on.
-        """
-        steps = {"L": 1, "C": 2, "R": 3}[turn]
-        leg = COMPASS[(COMPASS.index(approach) + steps) % 4]
-        return leg if getattr(self.approaches, leg) is not None else None
 
 
 def load(path: Path) -> Scenario:

@@ -13,21 +13,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
+from benchmark.control.guard import PROGRAMS
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import ActionLogError, ScenarioError, StoreError
 from benchmark.records.record import Record
 from benchmark.scenario import scenario as scenarios
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 from benchmark.study.actions import Action, Recording
 
 if TYPE_CHECKING:
     import polars
 
 KEY = "rightofway"  # of the file's metadata
-FORMAT = 1
+FORMAT = 2
 LARGEST = 64 * 2**20  # bytes of a file; an episode of 1000 s takes some ten thousand
 MOST_ACTIONS = 5_000_000
 Key = tuple[str, str, str, float | None, int]  # ``Record.episode``
@@ -40,7 +41,7 @@ class ActionLog:
     path: Path
     record: Record  # what the episode left behind
     scenario: Scenario
-    signal: Signal | None  # the program that ran, where signals ruled
+    programs: Mapping[str, Signal]  # that ran, by junction, where signals ruled
     actions: Sequence[Action]
 
 
@@ -58,15 +59,6 @@ def name_of(episode: Key) -> str:
     return f"{'_'.join([*plain, code])}.parquet"
 
 
-def prepare(folder: Path) -> None:
-    """Make sure that logs can be written, before any episode is run.
-
-    Raises:
-        StoreError: the folder cannot be made or written.
-    """
-    files.prepare_folder(folder, "action logs")
-
-
 def write(folder: Path, recording: Recording, record: Record, scenario: Scenario) -> Path:
     """Write a log, whole or not at all.
 
@@ -78,7 +70,7 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
         "format": FORMAT,
         "record": record.model_dump(mode="json", by_alias=True),
         "scenario": scenario.model_dump(mode="json", by_alias=True, exclude_defaults=True),
-        "signal": recording.signal.model_dump(mode="json") if recording.signal else None,
+        "programs": PROGRAMS.dump_python(dict(recording.programs), mode="json"),
     }
     head["sha256"] = _digest(head, rows)
     path = folder / name_of(record.episode)
@@ -125,12 +117,12 @@ def read(path: Path) -> ActionLog:
         )
     try:
         record = Record.model_validate_json(json.dumps(head["record"]))
-        signal = TypeAdapter(Signal | None).validate_json(json.dumps(head["signal"]))
+        programs = PROGRAMS.validate_json(json.dumps(head["programs"]))
         scenario = scenarios.parse(head["scenario"], str(path), record.scenario)
     except (KeyError, TypeError, ScenarioError, ValidationError) as error:
         raise ActionLogError(
-            f"{path}: its record, scenario or signal program is none ({_line(error)}); was the log "
-            "written by another version?"
+            f"{path}: its record, scenario or signal programs are none ({_line(error)}); was the "
+            "log written by another version?"
         ) from error
     if scenario.hash != record.scenario_hash:
         raise ActionLogError(
@@ -138,7 +130,7 @@ def read(path: Path) -> ActionLog:
             f"{record.scenario_hash[:12]}; it was put together from two, or written by a Right of "
             f"Way ({record.versions.rightofway}) that hashes otherwise"
         )
-    return ActionLog(path, record, scenario, signal, [Action(*row) for row in rows.iter_rows()])
+    return ActionLog(path, record, scenario, programs, [Action(*row) for row in rows.iter_rows()])
 
 
 def _line(error: Exception) -> str:

@@ -9,8 +9,8 @@ from benchmark.control.intersection import Intersection
 from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
 from benchmark.records.record import Record
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 
 
 class Action(NamedTuple):
@@ -34,7 +34,7 @@ class Recording:
     """Keeps what the controllers of an episode command; ``listener`` is told of each answer."""
 
     def __init__(self) -> None:
-        self.signal: Signal | None = None
+        self.programs: Mapping[str, Signal] = {}
         self.actions: list[Action] = []
         self._steps: dict[str, int] = {}
 
@@ -59,19 +59,21 @@ class Spoken(Controller):
     Args:
         actions: of a whole episode, in the order in which they were given.
         record: what is known of the controller that gave them.
-        program: of the lights, where signals ruled.
+        programs: of the lights by junction, where signals ruled.
     """
 
-    def __init__(self, actions: Sequence[Action], record: Record, program: Signal | None) -> None:
+    def __init__(
+        self, actions: Sequence[Action], record: Record, programs: Mapping[str, Signal]
+    ) -> None:
         self.weights_hash, self.trained_on = record.weights_hash, record.trained_on
-        self._actions, self._program = actions, program
+        self._actions, self._programs = actions, programs
 
     def supports(self, scenario: Scenario) -> None:
         """It ran there once."""
 
-    def signal(self, scenario: Scenario) -> Signal | None:
+    def signal(self, scenario: Scenario, junction: str) -> Signal | None:
         """The program that ran."""
-        return self._program
+        return self._programs.get(junction)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Begin anew."""
@@ -89,7 +91,7 @@ class Spoken(Controller):
         return commands
 
 
-def spoken(actions: Sequence[Action], record: Record, program: Signal | None) -> Plugin:
+def spoken(actions: Sequence[Action], record: Record, programs: Mapping[str, Signal]) -> Plugin:
     """What stands in for the controller of a record."""
 
     class Same(Spoken):
@@ -97,5 +99,5 @@ def spoken(actions: Sequence[Action], record: Record, program: Signal | None) ->
         arbitration: ClassVar = record.arbitration or "flexible"
         needs_robot_vehicles: ClassVar = record.rate is not None
 
-    options = {"actions": actions, "record": record, "program": program}
+    options = {"actions": actions, "record": record, "programs": programs}
     return Plugin(record.controller, Same, options)

@@ -17,7 +17,7 @@ from benchmark.records.record import Record, Versions
 from benchmark.scenario.scenario import Scenario
 from benchmark.study import identity
 from benchmark.study.actions import Recording
-from benchmark.sumo import tools
+from benchmark.sumo import network, tools
 from benchmark.world.onlooker import Onlooker
 from benchmark.world.world import MeddlingError, World
 
@@ -167,7 +167,7 @@ def world_of(episode: Episode, decider: Decider, *, window: bool = False) -> Wor
         episode.rate or 0.0,
         episode.seed,
         controller=episode.label,
-        signal=decider.signal,
+        programs=decider.programs,
         arbitration=decider.declaration.arbitrated or "own",
         window=window,
     )
@@ -180,7 +180,8 @@ def _run(
     controller: Opened, episode: Episode, audience: Audience, facts: Mapping[str, object]
 ) -> Record:
     """The record of an episode that ends well, or is skipped."""
-    if reason := controller.declaration.unmet(episode.scenario, episode.rate):
+    intersections = network.build(episode.scenario).intersections
+    if reason := controller.declaration.unmet(intersections, episode.rate):
         return episode.record("skipped", reason=reason, **facts)
     decider = controller.decider(episode.scenario)
     if reason := decider.unsupported:
@@ -208,7 +209,7 @@ def _run(
 def _seat(audience: Audience, world: World, decider: Decider) -> None:
     """Let the audience hear and see what happens in a world."""
     if audience.recording is not None:
-        audience.recording.signal = decider.signal
+        audience.recording.programs = decider.programs
         for name, site in world.sites.items():
             site.rules.listener = audience.recording.listener(name)
     if audience.onlooker is not None:

@@ -62,7 +62,7 @@ def score(episode: LoggedEpisode, onlooker: Onlooker | None = None) -> Record:
         RightOfWayError: the scenario cannot be run.
     """
     log = action_log.read(episode.log)
-    controller = Local(spoken(log.actions, log.record, log.signal))
+    controller = Local(spoken(log.actions, log.record, log.programs))
     return run_with(
         lambda: nullcontext(controller),
         episode,

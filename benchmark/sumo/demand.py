@@ -5,9 +5,7 @@ seed gives the same departures, routes and drivers to every controller at every 
 """
 
 import hashlib
-import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -16,10 +14,10 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from benchmark.scenario.layout import LETTERS, Krauss, TurnCounts, VehicleClass
+from benchmark.scenario.demand import TurnCounts
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.vehicles import Krauss, VehicleClass
 from benchmark.sumo import tools
-from benchmark.sumo.junction import movement_of
 from benchmark.sumo.layout_xml import exit_name
 from benchmark.sumo.network import Network
 
@@ -59,20 +57,16 @@ def build(scenario: Scenario, network: Network, seed: int) -> Routes:
         for name, vehicle in scenario.vehicles.items()
     )
     drivers = repr({name: vehicle.model_dump() for name, vehicle in scenario.vehicles.items()})
-    key = tools.digest(
-        *(tools.sumo_version(), network.hash, flows, turns, classes, drivers),
-        *(str(seed), *OPTIONS, Path(__file__).read_bytes()),
-    )
+    made_of = [network.hash, flows, turns, classes, drivers, str(seed), *OPTIONS]
+    key = tools.digest(tools.sumo_version(), *made_of, Path(__file__).read_bytes())
 
     def make(folder: Path) -> None:
         (folder / "flows.xml").write_text(flows)
         (folder / "turns.xml").write_text(turns)
         drawn = folder / "drawn.rou.xml"
-        warnings = tools.run(
-            "jtrrouter",
-            *("-n", str(network.path), "--route-files", str(folder / "flows.xml")),
-            *("-t", str(folder / "turns.xml"), "-o", str(drawn), "--seed", str(seed), *OPTIONS),
-        )
+        files = ["-n", network.path, "--route-files", folder / "flows.xml"]
+        files += ["-t", folder / "turns.xml", "-o", drawn]
+        warnings = tools.run("jtrrouter", *map(str, files), "--seed", str(seed), *OPTIONS)
         (folder / "warnings.txt").write_text(warnings)
         (folder / "routes.rou.xml").write_text(_with_drivers(drawn, scenario, classes, seed))
 
@@ -130,7 +124,7 @@ def turns_xml(scenario: Scenario) -> str:
                 counted[name] = period.counts(name)
             for turn in "LCR":
                 count = counted[name].of(turn) if name in counted else 0.0
-                if count > 0 and (leg := scenario.exit_leg(name, turn)):
+                if count > 0 and (leg := scenario.approaches.exit_leg(name, turn)):
                     lines.append(
                         f'<edgeRelation from="{name}" to="{exit_name(leg)}" count="{count:g}"/>'
                     )
@@ -182,8 +176,8 @@ def _with_drivers(drawn: Path, scenario: Scenario, classes: str, seed: int) -> s
 def _draw_class(scenario: Scenario, seed: int, vehicle: str) -> str:
     """A vehicle's class, drawn by the classes' shares."""
     point, total = unit_draw("class", seed, vehicle), 0.0
-    for name, one in scenario.vehicles.items():
-        total += one.share
+    for name, vehicle_class in scenario.vehicles.items():
+        total += vehicle_class.share
         if point < total:
             return name
     return name
@@ -199,58 +193,14 @@ def _speed_factor(deviation: float, seed: int, vehicle: str) -> float:
 
 
 def _read(path: Path) -> dict[str, Traveller]:
-    found = {}
+    travellers = {}
     for vehicle in ElementTree.parse(path).getroot().iter("vehicle"):  # noqa: S314 (our own file)
         route = vehicle.find("route")
         assert route is not None
-        found[vehicle.attrib["id"]] = Traveller(
+        travellers[vehicle.attrib["id"]] = Traveller(
             id=vehicle.attrib["id"],
             vehicle_class=vehicle.attrib["type"],
             depart=float(vehicle.attrib["depart"]),
             route=tuple(route.attrib["edges"].split()),
         )
-    return found
-
-
-@dataclass(frozen=True, slots=True)
-class TurnShare:
-    """How one movement's routed vehicles compare with its turning count."""
-
-    movement: str
-    wanted: float  # share of the approach's vehicles by the counts
-    realised: float  # share by the routes
-    expected_vehicles: float  # by the counts
-    vehicles: int  # in the routes
-
-    @property
-    def deviates(self) -> bool:
-        """Whether the routes are off by more than sampling explains (four standard deviations)."""
-        spread = math.sqrt(max(1.0, self.expected_vehicles))
-        return abs(self.vehicles - self.expected_vehicles) > 4 * spread
-
-
-def turn_shares(scenario: Scenario, network: Network, routes: Sequence[Routes]) -> list[TurnShare]:
-    """Realised against wanted turn shares by movement, over all seeds that are given."""
-    junction = next(iter(network.junctions.values()))
-    found = Counter(
-        movement_of(junction, traveller.route)
-        for one in routes
-        for traveller in one.travellers.values()
-    )
-    shares = []
-    for name in scenario.approaches.names():
-        expected = {
-            f"{LETTERS[name]}-{turn}": len(routes)
-            * sum(
-                period.counts(name).of(turn) * (period.end - period.begin) / 3600
-                for period in scenario.demand
-            )
-            for turn in sorted(scenario.served_turns(name))
-        }
-        vehicles = {movement: found[movement] for movement in expected}
-        total = max(1.0, sum(expected.values())), max(1, sum(vehicles.values()))
-        shares += [
-            TurnShare(m, wanted / total[0], vehicles[m] / total[1], wanted, vehicles[m])
-            for m, wanted in expected.items()
-        ]
-    return shares
+    return travellers

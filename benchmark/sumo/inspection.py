@@ -1,13 +1,36 @@
 """What is wrong with a scenario that validates: its routes, its signal, its stopping distances."""
 
-from collections.abc import Iterator
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
+from benchmark.control.intersection import Movement
 from benchmark.scenario.scenario import Scenario
 from benchmark.sumo import demand, network, signals, webster
-from benchmark.sumo.demand import TurnShare
+from benchmark.sumo.demand import Routes
+from benchmark.sumo.junction import Junction, movement_of
+from benchmark.sumo.network import Network
 
 SEEDS_ROUTED = 5  # seeds whose routes are compared with the counts
+
+
+@dataclass(frozen=True, slots=True)
+class TurnShare:
+    """How one movement's routed vehicles compare with its turning count."""
+
+    movement: str
+    wanted: float  # share of the approach's vehicles by the counts
+    realised: float  # share by the routes
+    expected_vehicles: float  # by the counts
+    vehicles: int  # in the routes
+
+    @property
+    def deviates(self) -> bool:
+        """Whether the routes are off by more than sampling explains (four standard deviations)."""
+        spread = math.sqrt(max(1.0, self.expected_vehicles))
+        return abs(self.vehicles - self.expected_vehicles) > 4 * spread
 
 
 @dataclass(frozen=True)
@@ -16,8 +39,8 @@ class Inspection:
 
     scenario: Scenario
     network_hash: str
-    shares: list[TurnShare]
-    saturation: dict[str, float]  # degree of saturation by regulated movement
+    shares: Mapping[str, list[TurnShare]]  # by junction
+    saturation: Mapping[str, Mapping[str, float]]  # degree by junction and regulated movement
     findings: list[str]  # what is wrong, in words
 
 
@@ -28,24 +51,67 @@ def inspect(scenario: Scenario) -> Inspection:
         RightOfWayError: the scenario cannot be built at all, or its signal endangers.
     """
     roads = network.build(scenario)
-    intersection = next(iter(roads.junctions.values())).intersection
     routes = [demand.build(scenario, roads, seed) for seed in range(1, SEEDS_ROUTED + 1)]
-    shares = demand.turn_shares(scenario, roads, routes)
-    saturation: dict[str, float] = {}
-    if scenario.signal is not None:
-        signals.check(scenario, scenario.signal, roads)
-        saturation = webster.degrees_of_saturation(scenario, intersection, scenario.signal)
+    shares = {
+        name: turn_shares(scenario, junction, routes) for name, junction in roads.junctions.items()
+    }
+    programs = scenario.programs
+    signals.check(scenario, programs, roads)
+    saturation = {
+        name: webster.degrees_of_saturation(scenario, roads.junctions[name].intersection, signal)
+        for name, signal in programs.items()
+    }
     findings = [
-        *_of_routes(shares, "\n".join(dict.fromkeys(one.warnings for one in routes))),
+        *_of_routes(shares, "\n".join(dict.fromkeys(drawn.warnings for drawn in routes))),
         *_of_signal(scenario, saturation),
-        *_of_stopping(scenario),
+        *_of_stopping(scenario, roads),
         *_of_time(scenario),
     ]
     return Inspection(scenario, roads.hash, shares, saturation, findings)
 
 
-def _of_routes(shares: list[TurnShare], warnings: str) -> Iterator[str]:
-    for share in shares:
+def turn_shares(
+    scenario: Scenario, junction: Junction, routes: Sequence[Routes]
+) -> list[TurnShare]:
+    """Realised against wanted turn shares of a junction's movements, over all seeds given."""
+    routed = Counter(
+        movement_of(junction, traveller.route)
+        for drawn in routes
+        for traveller in drawn.travellers.values()
+    )
+    roads: dict[str, list[Movement]] = {}
+    for movement in junction.intersection.movements.values():
+        roads.setdefault(movement.approach, []).append(movement)
+    shares = []
+    for approach, movements in roads.items():
+        expected = {
+            movement.id: len(routes) * _counted(scenario, approach, movement.turn)
+            for movement in sorted(movements, key=lambda movement: movement.turn)
+        }
+        total, all_routed = sum(expected.values()), sum(routed[name] for name in expected)
+        shares += [
+            TurnShare(
+                movement=name,
+                wanted=wanted / max(1.0, total),
+                realised=routed[name] / max(1, all_routed),
+                expected_vehicles=wanted,
+                vehicles=routed[name],
+            )
+            for name, wanted in expected.items()
+        ]
+    return shares
+
+
+def _counted(scenario: Scenario, approach: str, turn: str) -> float:
+    """Vehicles that the counts ask for over all periods."""
+    return sum(
+        period.counts(approach).of(turn) * (period.end - period.begin) / 3600
+        for period in scenario.demand
+    )
+
+
+def _of_routes(shares: Mapping[str, list[TurnShare]], warnings: str) -> Iterator[str]:
+    for share in chain.from_iterable(shares.values()):
         if share.deviates:
             yield (
                 f"{share.movement}: {share.vehicles} vehicles were routed where the counts ask for "
@@ -56,28 +122,33 @@ def _of_routes(shares: list[TurnShare], warnings: str) -> Iterator[str]:
             yield f"jtrrouter: {line}"
 
 
-def _of_signal(scenario: Scenario, saturation: dict[str, float]) -> Iterator[str]:
-    if scenario.signal is None:
+def _of_signal(scenario: Scenario, saturation: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+    if saturation.keys() < scenario.junctions.keys():
         yield "no signal: traffic-light and its kin will be skipped"
-    for movement, degree in saturation.items():
-        if degree > 1:
-            yield f"{movement}: degree of saturation {degree:.2f}; its queue grows under the signal"
-
-
-def _of_stopping(scenario: Scenario) -> Iterator[str]:
-    """An RV decides in the decision zone and must be able to stop there from full speed."""
-    reach, step = scenario.intersection.decision_zone, scenario.evaluation.step
-    cap = scenario.intersection.speed_cap
-    for name, approach in scenario.approaches.items():
-        speed = min(approach.speed_limit, cap) if cap else approach.speed_limit
-        for kind, vehicle in scenario.vehicles.items():
-            braking = speed**2 / (2 * vehicle.car_following.deceleration) + speed * step
-            if braking > reach:
+    for degrees in saturation.values():
+        for movement, degree in degrees.items():
+            if degree > 1:
                 yield (
-                    f"approaches.{name}: a {kind} needs {braking:.0f} m to stop from {speed:g} m/s "
-                    f"but decides only {reach:g} m before the entrance; "
-                    f"lengthen decision_zone or set speed_cap"
+                    f"{movement}: degree of saturation {degree:.2f}; its queue grows under the "
+                    "signal"
                 )
+
+
+def _of_stopping(scenario: Scenario, roads: Network) -> Iterator[str]:
+    """An RV decides in the decision zone and must be able to stop there from full speed."""
+    step, cap = scenario.evaluation.step, scenario.intersection.speed_cap or math.inf
+    for junction in roads.junctions.values():
+        reach = junction.intersection.decision_zone
+        for name in junction.intersection.approaches:
+            speed = min(scenario.approaches.of(name).speed_limit, cap)
+            for kind, vehicle in scenario.vehicles.items():
+                braking = speed**2 / (2 * vehicle.car_following.deceleration) + speed * step
+                if braking > reach:
+                    yield (
+                        f"approaches.{name}: a {kind} needs {braking:.0f} m to stop from "
+                        f"{speed:g} m/s but decides only {reach:g} m before the entrance; "
+                        f"lengthen decision_zone or set speed_cap"
+                    )
 
 
 def _of_time(scenario: Scenario) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """A junction of a network: sumolib reads its movements, lanes and the ways inside."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmark.control.intersection import REGULATED_TURNS, Intersection, Lane, Movement, Point, Way
 from benchmark.scenario.layout import COMPASS, LETTERS
-from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.scenario import Ruled
 
 TURN_OF_DIRECTION = {"l": "L", "L": "L", "s": "C", "r": "R", "R": "R"}
 
@@ -41,6 +41,7 @@ class Junction:
     zone: Mapping[str, ZoneLane]
     inside: Mapping[str, Inside]
     roads: Mapping[tuple[str, str], str]  # (incoming edge, outgoing edge) -> movement
+    yielding: frozenset[str] = frozenset()  # movements that a light never stops: right turns from slip lanes
 
 
 def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
@@ -48,35 +49,42 @@ def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
     return next((junction.roads[road] for road in pairwise(route) if road in junction.roads), None)
 
 
-def read_junction(network: Any, light: Any, scenario: Scenario) -> Junction:
+def read_junction(
+    network: Any, light: Any, ruled: Ruled, step: float, slip_roads: Collection[str] = ()
+) -> Junction:
     """The junction that a traffic light rules.
 
     Args:
         network: as sumolib reads it, with what lies inside junctions.
         light: one of its traffic lights.
-        scenario: what it was built from.
+        ruled: what the scenario says of the junction.
+        step: simulated time between two calls of a controller [s].
+        slip_roads: incoming edges whose right turns leave by a slip lane.
     """
-    return _Reader(network, light, scenario).junction()
+    return _Reader(network, light, ruled, step, slip_roads).junction()
 
 
 class _Reader:
     """Reads one junction: everything from connections, foes and shapes, nothing from names."""
 
-    def __init__(self, network: Any, light: Any, scenario: Scenario) -> None:
-        self.network, self.light, self.scenario = network, light, scenario
+    def __init__(
+        self, network: Any, light: Any, ruled: Ruled, step: float, slip_roads: Collection[str]
+    ) -> None:
+        self.network, self.light, self.ruled, self.step = network, light, ruled, step
+        self.slip_roads = slip_roads
         self.links = self._connections()
         self.names = self._movement_names()
 
     def _connections(self) -> dict[int, Any]:
         """The connections that the light rules, by their place in its state."""
-        found = {}
+        links = {}
         for source, target, index in self.light.getConnections():
-            found[index] = next(
+            links[index] = next(
                 connection
                 for connection in source.getOutgoing()
                 if connection.getToLane() is target and connection.getTLSID() == self.light.getID()
             )
-        return dict(sorted(found.items()))
+        return dict(sorted(links.items()))
 
     def _movement_names(self) -> dict[tuple[str, str], str]:
         """The name of each (incoming edge, outgoing edge)."""
@@ -95,27 +103,27 @@ class _Reader:
 
     def junction(self) -> Junction:
         movements = self._movements()
-        settings = self.scenario.intersection
-        signal = self.scenario.signal
+        zones, signal = self.ruled.zones, self.ruled.signal
         intersection = Intersection(
             id=self.light.getID(),
-            control_zone=settings.control_zone,
-            decision_zone=settings.decision_zone,
-            step=self.scenario.evaluation.step,
+            control_zone=zones.control_zone,
+            decision_zone=zones.decision_zone,
+            step=self.step,
             lanes=MappingProxyType(self._lanes()),
             movements=MappingProxyType(movements),
-            phases=MappingProxyType(
-                {phase.name: frozenset(phase.movements) for phase in signal.phases}
-                if signal
-                else {}
-            ),
+            phases=MappingProxyType(signal.movements_by_phase() if signal else {}),
         )
         return Junction(
             intersection=intersection,
             links={index: self._movement(link) for index, link in self.links.items()},
-            zone=self._zone(settings.control_zone),
+            zone=self._zone(zones.control_zone),
             inside=dict(self._inside()),
             roads=self.names,
+            yielding=frozenset(
+                name
+                for name, movement in movements.items()
+                if movement.turn == "R" and movement.approach in self.slip_roads
+            ),
         )
 
     def _approaches(self) -> list[Any]:
@@ -128,11 +136,11 @@ class _Reader:
         ]
 
     def _lanes(self) -> dict[str, Lane]:
-        found = {}
+        lanes = {}
         for edge in self._approaches():
             for lane in edge.getLanes():
                 served = [link for link in self.links.values() if link.getFromLane() is lane]
-                found[lane.getID()] = Lane(
+                lanes[lane.getID()] = Lane(
                     id=lane.getID(),
                     approach=edge.getID(),
                     index=lane.getIndex(),
@@ -142,18 +150,18 @@ class _Reader:
                     speed_limit=lane.getSpeed(),
                     shape=shape_of(lane),
                 )
-        return found
+        return lanes
 
     def _movements(self) -> dict[str, Movement]:
         conflicts = self._conflicts()
-        found = {}
+        movements = {}
         for edge in self._approaches():
             for turn in "LCR":
                 for (source, target), name in sorted(self.names.items()):
                     if source != edge.getID() or name.split(":")[0][-1] != turn:
                         continue
-                    links = [one for one in self.links.values() if self._movement(one) == name]
-                    found[name] = Movement(
+                    links = [link for link in self.links.values() if self._movement(link) == name]
+                    movements[name] = Movement(
                         id=name,
                         approach=source,
                         turn=turn,
@@ -161,7 +169,7 @@ class _Reader:
                         ways=tuple(self._way(link) for link in links),
                         conflicts=frozenset(conflicts[name]),
                     )
-        return found
+        return movements
 
     def _pieces(self, link: Any) -> list[Any]:
         """The lanes inside the junction along a connection; left turns may have two."""
@@ -199,28 +207,28 @@ class _Reader:
 
         Right turns stay out: they merge, and nobody regulates them.
         """
-        found: dict[str, set[str]] = {name: set() for name in self.names.values()}
+        conflicts: dict[str, set[str]] = {name: set() for name in self.names.values()}
         links = [
             (link, self._movement(link), link.getJunction(), link.getJunctionIndex())
             for link in self.links.values()
             if TURN_OF_DIRECTION[link.getDirection()] in REGULATED_TURNS
         ]
-        for one, name, node, index in links:
+        for link, name, node, index in links:
             for other, other_name, other_node, other_index in links:
-                apart = one.getFrom() is not other.getFrom() and node is other_node
+                apart = link.getFrom() is not other.getFrom() and node is other_node
                 if apart and node.areFoes(index, other_index):
-                    found[name].add(other_name)
-                    found[other_name].add(name)
-        return found
+                    conflicts[name].add(other_name)
+                    conflicts[other_name].add(name)
+        return conflicts
 
     def _zone(self, reach: float) -> dict[str, ZoneLane]:
         """Lanes that reach into the control zone, upstream as far as it goes."""
-        found: dict[str, ZoneLane] = {}
+        zone: dict[str, ZoneLane] = {}
         waiting = [(edge, 0.0, edge.getID()) for edge in self._approaches()]
         while waiting:
             edge, end, approach = waiting.pop()
             for lane in edge.getLanes():
-                found[lane.getID()] = ZoneLane(end, lane.getLength(), approach)
+                zone[lane.getID()] = ZoneLane(end, lane.getLength(), approach)
             start = end + edge.getLength()
             if start >= reach:
                 continue
@@ -233,10 +241,10 @@ class _Reader:
                     if link.getViaLaneID()
                 ]
                 for lane in between:
-                    found[lane.getID()] = ZoneLane(start, lane.getLength(), approach)
+                    zone[lane.getID()] = ZoneLane(start, lane.getLength(), approach)
                 gap = max((lane.getLength() for lane in between), default=0.0)
                 waiting.append((source, start + gap, approach))
-        return found
+        return zone
 
 
 def shape_of(lane: Any) -> tuple[Point, ...]:

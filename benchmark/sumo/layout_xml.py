@@ -71,7 +71,7 @@ class _Leg:
             sum(turn in lane for lane in approach.lane_turns)
             for name, approach in self.scenario.approaches.items()
             for turn in "LCR"
-            if self.scenario.exit_leg(name, turn) == self.name
+            if self.scenario.approaches.exit_leg(name, turn) == self.name
         )
 
     @property
@@ -79,12 +79,12 @@ class _Leg:
         return self.receiving > self.exit_lanes and self.length > TAPER + self.setback + 10
 
     def nodes(self) -> list[str]:
-        found = [self._node("far", self.length)]
+        nodes = [self._node("far", self.length)]
         if self.approach.has_bay:
-            found.append(self._node("bay", (self.approach.bay or 0.0) + self.setback))
+            nodes.append(self._node("bay", (self.approach.bay or 0.0) + self.setback))
         if self.tapers:
-            found.append(self._node("taper", TAPER + self.setback, 'type="zipper"'))
-        return found
+            nodes.append(self._node("taper", TAPER + self.setback, 'type="zipper"'))
+        return nodes
 
     def _node(self, part: str, distance: float, extra: str = "") -> str:
         """A node upstream of the entrance; headings count clockwise from north."""
@@ -95,17 +95,17 @@ class _Leg:
     def edges(self) -> list[str]:
         name, limit = self.name, self.approach.speed_limit
         exit_limit = self.onward.speed_limit if self.onward else limit
-        found = []
+        edges = []
         if self.approach.has_bay:
-            found.append(_edge(self.entry, f"{name}.far", f"{name}.bay", self.upstream, limit))
-            found.append(_edge(name, f"{name}.bay", CENTRE, len(self.lanes), limit))
+            edges.append(_edge(self.entry, f"{name}.far", f"{name}.bay", self.upstream, limit))
+            edges.append(_edge(name, f"{name}.bay", CENTRE, len(self.lanes), limit))
         else:
-            found.append(_edge(name, f"{name}.far", CENTRE, len(self.lanes), limit))
+            edges.append(_edge(name, f"{name}.far", CENTRE, len(self.lanes), limit))
         end = f"{name}.taper" if self.tapers else f"{name}.far"
-        found.append(_edge(self.exit, CENTRE, end, self.receiving, exit_limit))
+        edges.append(_edge(self.exit, CENTRE, end, self.receiving, exit_limit))
         if self.tapers:
-            found.append(_edge(f"{self.exit}.far", end, f"{name}.far", self.exit_lanes, exit_limit))
-        return found
+            edges.append(_edge(f"{self.exit}.far", end, f"{name}.far", self.exit_lanes, exit_limit))
+        return edges
 
     def lanes_into_bay(self) -> Iterator[str]:
         """Right-turn lanes leave the kerb lane, left-turn lanes the innermost, the rest spread."""
@@ -144,17 +144,15 @@ class _Leg:
         rings of four left-turners that wait for each other forever.
         """
         for turn in "RCL":
-            leg = self.scenario.exit_leg(self.name, turn)
+            leg = self.scenario.approaches.exit_leg(self.name, turn)
             sources = [index for index, turns in enumerate(self.lanes) if turn in turns]
             if leg is None or not sources:
                 continue
-            lanes = _Leg(self.scenario, leg, getattr(self.scenario.approaches, leg), 0).receiving
+            lanes = _Leg(self.scenario, leg, self.scenario.approaches.of(leg), 0).receiving
             first = 0 if turn == "R" else lanes - len(sources)
             for offset, source in enumerate(sources):
-                yield _connection(
-                    *(self.name, exit_name(leg), source, first + offset),
-                    extra="" if turn == "L" and self._filters() else 'contPos="0"',
-                )
+                extra = "" if turn == "L" and self._filters() else 'contPos="0"'
+                yield _connection(self.name, exit_name(leg), source, first + offset, extra)
 
     def _filters(self) -> bool:
         """Whether a phase of the signal permits this approach's left turn."""

@@ -1,12 +1,12 @@
 """Phases named by movements -> SUMO signal programs, and the switch that ``Phase`` turns."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from benchmark.plumbing.errors import ScenarioError
-from benchmark.scenario.layout import Phase, Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal, SignalPhase
 from benchmark.sumo import tools
 from benchmark.sumo.junction import Junction
 from benchmark.sumo.network import Network
@@ -14,63 +14,73 @@ from benchmark.sumo.network import Network
 FOREVER = 1e6  # s
 
 
-def check(scenario: Scenario, signal: Signal, network: Network) -> None:
+def check(scenario: Scenario, programs: Mapping[str, Signal], network: Network) -> None:
     """Refuse phases that let conflicting movements go without one of them yielding.
 
     A left may yield to others; streams that both go straight on never share a green. A program
     that a controller brings clears the intersection for as long as the scenario's does.
 
+    Args:
+        scenario: with the programs as deployed.
+        programs: by junction, where signals rule.
+        network: whose junctions they are for.
+
     Raises:
         ScenarioError: a phase has conflicting greens, or there is too little time between phases.
     """
-    for key in ("yellow", "all_red"):
-        here, least = getattr(signal, key), getattr(scenario.signal, key, 0.0)
-        if here < least:
-            raise ScenarioError(
-                f"{scenario.name}: signal.{key}: {here:g} s; expected at least the {least:g} s of "
-                "the scenario's own program"
-            )
-    for junction in network.junctions.values():
-        movements = junction.intersection.movements
-        for index, phase in enumerate(signal.phases):
-            for name in phase.movements:
-                for other in sorted(movements[name].conflicts & set(phase.movements)):
-                    straight = {movements[name].turn, movements[other].turn} == {"C"}
-                    if straight or not {name, other} & set(phase.permitted):
-                        raise ScenarioError(
-                            f"{scenario.name}: signal.phases[{index}]: {name} and {other} conflict "
-                            "but are green together; split the phase, or name a left that yields "
-                            "in permitted"
-                        )
+    for name, signal in programs.items():
+        deployed = scenario.junctions[name].signal
+        for key in ("yellow", "all_red"):
+            here, least = getattr(signal, key), getattr(deployed, key, 0.0)
+            if here < least:
+                raise ScenarioError(
+                    f"{scenario.name}: signal.{key}: {here:g} s; expected at least the "
+                    f"{least:g} s of the scenario's own program"
+                )
+        for problem in _conflicting_greens(signal, network.junctions[name]):
+            raise ScenarioError(f"{scenario.name}: {problem}")
 
 
-def program_xml(scenario: Scenario, signal: Signal | None, network: Network) -> str:
-    """The additional file that sets every traffic light of a network.
+def _conflicting_greens(signal: Signal, junction: Junction) -> Iterator[str]:
+    movements = junction.intersection.movements
+    for index, phase in enumerate(signal.phases):
+        for name in phase.movements:
+            for other in sorted(movements[name].conflicts & set(phase.movements)):
+                straight = {movements[name].turn, movements[other].turn} == {"C"}
+                if straight or not {name, other} & set(phase.permitted):
+                    yield (
+                        f"signal.phases[{index}]: {name} and {other} conflict but are green "
+                        "together; split the phase, or name a left that yields in permitted"
+                    )
+
+
+def program_xml(programs: Mapping[str, Signal], network: Network) -> str:
+    """The additional file that sets the lights of every ruled junction of a network.
 
     Args:
-        scenario: where slip lanes are declared.
-        signal: the program; None for dark lights (every light shows G, as in Wang's code).
-        network: whose traffic lights are set.
+        programs: by junction; the lights of the others are dark (every light shows G, as in Wang's
+            code).
+        network: whose lights are set.
     """
     lines = ["<additional>"]
     for light, junction in network.junctions.items():
+        signal = programs.get(light)
         if signal is None:
             dark = "G" * _width(junction)
             lines += _logic(light, "static", "dark", [(dark, FOREVER, None, "dark")])
         elif signal.kind == "fixed":
-            fixed = [(s, t, None, n) for s, t, _, n in _timeline(scenario, signal, junction)]
+            fixed = [(s, t, None, n) for s, t, _, n in _timeline(signal, junction)]
             lines += _logic(light, "static", "fixed", fixed)
         else:
-            rows = list(_timeline(scenario, signal, junction))
             gap = f'<param key="max-gap" value="{signal.maximum_gap:g}"/>'
-            lines += _logic(light, "actuated", "actuated", rows, gap)
+            lines += _logic(light, "actuated", "actuated", _timeline(signal, junction), gap)
     return "\n".join([*lines, "</additional>", ""])
 
 
 Row = tuple[str, float, float | None, str]  # state, longest [s], shortest [s], name
 
 
-def _logic(light: str, kind: str, program: str, rows: Sequence[Row], *parameters: str) -> list[str]:
+def _logic(light: str, kind: str, program: str, rows: Iterable[Row], *parameters: str) -> list[str]:
     phases = []
     for state, longest, shortest, name in rows:
         bounds = f' minDur="{shortest:g}" maxDur="{longest:g}"' if shortest is not None else ""
@@ -82,21 +92,21 @@ def _logic(light: str, kind: str, program: str, rows: Sequence[Row], *parameters
     return [head, *parameters, *phases, "</tlLogic>"]
 
 
-def _timeline(scenario: Scenario, signal: Signal, junction: Junction) -> Iterator[Row]:
+def _timeline(signal: Signal, junction: Junction) -> Iterator[Row]:
     for index, phase in enumerate(signal.phases):
         after = signal.phases[(index + 1) % len(signal.phases)]
-        yield green(scenario, junction, phase), phase.green, phase.minimum_green, phase.name
+        yield green(junction, phase), phase.green, phase.minimum_green, phase.name
         if signal.yellow:
-            yield between(scenario, junction, phase, after, "y"), signal.yellow, None, "yellow"
+            yield between(junction, phase, after, "y"), signal.yellow, None, "yellow"
         if signal.all_red:
-            yield between(scenario, junction, phase, after, "r"), signal.all_red, None, "all red"
+            yield between(junction, phase, after, "r"), signal.all_red, None, "all red"
 
 
 def _width(junction: Junction) -> int:
     return max(junction.links) + 1
 
 
-def green(scenario: Scenario, junction: Junction, phase: Phase) -> str:
+def green(junction: Junction, phase: SignalPhase) -> str:
     """The state of a phase's green, a letter per link in SUMO's alphabet.
 
     Right turns follow US practice: with their approach green they go and yield to merging
@@ -107,8 +117,8 @@ def green(scenario: Scenario, junction: Junction, phase: Phase) -> str:
     for index, name in junction.links.items():
         movement = junction.intersection.movements[name]
         if movement.turn == "R":
-            slip = getattr(getattr(scenario.approaches, movement.approach), "slip_lane", False)
-            state[index] = "g" if slip or movement.approach in approaches else "s"
+            goes = name in junction.yielding or movement.approach in approaches
+            state[index] = "g" if goes else "s"
         elif name in phase.permitted:
             state[index] = "g"
         elif name in phase.movements:
@@ -116,26 +126,22 @@ def green(scenario: Scenario, junction: Junction, phase: Phase) -> str:
     return "".join(state)
 
 
-def between(
-    scenario: Scenario, junction: Junction, before: Phase, after: Phase, ending: str
-) -> str:
+def between(junction: Junction, before: SignalPhase, after: SignalPhase, ending: str) -> str:
     """The state between two phases: ``ending`` for those that lose their green."""
     return "".join(
         ending if old in "Gg" and new == "r" else ("r" if old == "r" else old)
-        for old, new in zip(
-            green(scenario, junction, before), green(scenario, junction, after), strict=True
-        )
+        for old, new in zip(green(junction, before), green(junction, after), strict=True)
     )
 
 
 class PhaseSwitch:
     """Shows the phases that a controller commands, with yellow and all-red between them."""
 
-    def __init__(self, scenario: Scenario, signal: Signal, junction: Junction) -> None:
-        self._scenario, self._signal, self._junction = scenario, signal, junction
-        self._phases: Mapping[str, Phase] = {phase.name: phase for phase in signal.phases}
-        self._shown: Phase | None = None
-        self._next: Phase | None = None
+    def __init__(self, signal: Signal, junction: Junction) -> None:
+        self._signal, self._junction = signal, junction
+        self._phases: Mapping[str, SignalPhase] = {phase.name: phase for phase in signal.phases}
+        self._shown: SignalPhase | None = None
+        self._next: SignalPhase | None = None
         self._since = 0.0  # s, when the present green or the change began
 
     @property
@@ -173,20 +179,20 @@ class PhaseSwitch:
                 return self._change("y" if self._signal.yellow else "r")
             self._show(wanted, time)
         assert self._shown is not None
-        return green(self._scenario, self._junction, self._shown)
+        return green(self._junction, self._shown)
 
-    def _show(self, phase: Phase, time: float) -> None:
+    def _show(self, phase: SignalPhase, time: float) -> None:
         self._shown, self._next, self._since = phase, None, time
 
     def _change(self, ending: str) -> str:
         assert self._shown is not None
         assert self._next is not None
-        return between(self._scenario, self._junction, self._shown, self._next, ending)
+        return between(self._junction, self._shown, self._next, ending)
 
 
-def program_file(scenario: Scenario, signal: Signal | None, network: Network) -> Path:
+def program_file(programs: Mapping[str, Signal], network: Network) -> Path:
     """``program_xml`` as a file in the cache."""
-    text = program_xml(scenario, signal, network)
+    text = program_xml(programs, network)
 
     def make(folder: Path) -> None:
         (folder / "program.add.xml").write_text(text)

@@ -1,7 +1,7 @@
 """The only door to libsumo: start, step, read, steer, close.
 
 libsumo holds one simulation per process, so there is at most one open ``Simulation`` at a time;
-episodes run in worker processes (``benchmark.study.episodes``).
+episodes run in worker processes (``benchmark.study.pool``).
 """
 
 import contextlib
@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, ClassVar, NamedTuple, Self
 from xml.etree import ElementTree
 
@@ -106,12 +105,13 @@ class Simulation:
         self._steered: set[str] = set()
         self._step = step
         self._api, self._window = _api(window), window
+        options = {"-n": str(network), "-r": str(routes), "-a": str(program)}
+        options |= {"--step-length": f"{step:g}", "--seed": str(seed), **FLAGS}
+        if window:
+            options |= {"--start": "true", "--quit-on-end": "true", "--delay": "100"}
         self._command = [
             str(tools.program("sumo-gui" if window else "sumo")),
-            *("-n", str(network), "-r", str(routes), "-a", str(program)),
-            *("--step-length", f"{step:g}", "--seed", str(seed)),
-            *(part for flag in FLAGS.items() for part in flag),
-            *(("--start", "true", "--quit-on-end", "true", "--delay", "100") if window else ()),
+            *[part for option in options.items() for part in option],
         ]
 
     def __enter__(self) -> Self:
@@ -128,12 +128,7 @@ class Simulation:
         Simulation._open = self
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
         if Simulation._open is self:
             self._close()
         self._folder.cleanup()
@@ -213,8 +208,8 @@ class Simulation:
     def colliding(self) -> list[tuple[str, str]]:
         """Pairs of vehicles that collide now, each pair sorted; a pair repeats while it lasts."""
         return [
-            (min(one.collider, one.victim), max(one.collider, one.victim))
-            for one in self._api.simulation.getCollisions()
+            (min(crash.collider, crash.victim), max(crash.collider, crash.victim))
+            for crash in self._api.simulation.getCollisions()
         ]
 
     def emergency_brakings(self) -> int:

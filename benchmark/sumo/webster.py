@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from benchmark.control.intersection import Intersection, Movement
-from benchmark.scenario.layout import Demand, Idm, Phase, Signal, VehicleClass
 from benchmark.scenario.scenario import Scenario
-from benchmark.sumo.network import Network
+from benchmark.scenario.signal import Signal, SignalPhase
+from benchmark.scenario.vehicles import Idm, VehicleClass
 
 SHORTEST_CYCLE, LONGEST_CYCLE = 40.0, 180.0  # s
 PRACTICAL = 0.95  # sum of critical flow ratios above which the longest cycle is taken
@@ -49,11 +49,6 @@ def _capacity(vehicle: VehicleClass, free: float) -> float:
     return max(speed / (gap(speed) + length) for speed in speeds)
 
 
-def peak(scenario: Scenario) -> Demand:
-    """The period with the greatest counts."""
-    return max(scenario.demand, key=lambda period: period.total)
-
-
 @dataclass(frozen=True)
 class LaneGroup:
     """Movements of one approach that share lanes, and what they ask for."""
@@ -61,7 +56,9 @@ class LaneGroup:
     movements: tuple[str, ...]
     lanes: int
 
-    def flow_ratio(self, scenario: Scenario, intersection: Intersection, phase: Phase) -> float:
+    def flow_ratio(
+        self, scenario: Scenario, intersection: Intersection, phase: SignalPhase
+    ) -> float:
         """Demand over saturation flow while a phase is green, y in Webster's method."""
         return (
             sum(
@@ -94,12 +91,12 @@ def lane_groups(intersection: Intersection) -> list[LaneGroup]:
 
 def count(scenario: Scenario, intersection: Intersection, movement: str) -> float:
     """A movement's turning count in the peak period [veh/h]."""
-    one = intersection.movements[movement]
-    return peak(scenario).counts(one.approach).of(one.turn)
+    road = intersection.movements[movement]
+    return scenario.peak.counts(road.approach).of(road.turn)
 
 
 def _saturation_in(
-    scenario: Scenario, intersection: Intersection, phase: Phase, movement: str
+    scenario: Scenario, intersection: Intersection, phase: SignalPhase, movement: str
 ) -> float:
     """Saturation flow of one lane in a phase; a permitted movement filters through gaps [veh/h]."""
     protected = saturation_flow(scenario, intersection.movements[movement])
@@ -122,7 +119,7 @@ def degrees_of_saturation(
     scenario: Scenario, intersection: Intersection, signal: Signal
 ) -> dict[str, float]:
     """Demand over capacity of each regulated movement under a program; 1 is saturated."""
-    found = {}
+    degrees = {}
     for group in lane_groups(intersection):
         shares = [
             phase.green / signal.cycle / ratio
@@ -131,8 +128,8 @@ def degrees_of_saturation(
             and (ratio := group.flow_ratio(scenario, intersection, phase)) > 0
         ]
         degree = 1 / sum(shares) if shares else 0.0
-        found.update(dict.fromkeys(group.movements, degree))
-    return found
+        degrees.update(dict.fromkeys(group.movements, degree))
+    return degrees
 
 
 def retimed(scenario: Scenario, intersection: Intersection, signal: Signal) -> Signal:
@@ -146,7 +143,7 @@ def retimed(scenario: Scenario, intersection: Intersection, signal: Signal) -> S
     return signal.model_copy(update={"kind": "fixed", "phases": phases})
 
 
-def _critical(scenario: Scenario, intersection: Intersection, phase: Phase) -> float:
+def _critical(scenario: Scenario, intersection: Intersection, phase: SignalPhase) -> float:
     return max(
         (
             group.flow_ratio(scenario, intersection, phase)
@@ -166,27 +163,29 @@ def _splits(ratios: Sequence[float], signal: Signal) -> list[float]:
     return [max(5.0, round((cycle - lost) * ratio / total)) if total else 5.0 for ratio in ratios]
 
 
-def propose(scenario: Scenario, network: Network) -> Signal:
+def propose(scenario: Scenario, intersection: Intersection) -> Signal:
     """A fixed program from counts alone: phases, yellow, all-red, cycle and splits.
 
     Of all ways to put the lane groups into phases the one with the least total flow ratio and lost
     time is taken; lefts lead. Groups whose only conflict is a left on a shared lane may go
     together, the left then yields.
     """
-    intersection = next(iter(network.junctions.values())).intersection
-    yellow, all_red = _change_times(scenario, intersection)
+    yellow, all_red = _change_times(intersection)
     groups = lane_groups(intersection)
+
+    def order(phase: SignalPhase) -> tuple[int, bool]:
+        return _axis(intersection, phase), "C" in _turns(intersection, phase)
 
     def program(partition: list[list[LaneGroup]]) -> Signal:
         phases = [_phase(intersection, members) for members in partition]
-        phases.sort(key=lambda phase: (_axis(intersection, phase), _has_cross(phase)))
+        phases.sort(key=order)
         return Signal(kind="fixed", yellow=yellow, all_red=all_red, phases=tuple(phases))
 
     def cost(signal: Signal) -> tuple[float, int, str]:
         total = sum(_critical(scenario, intersection, phase) for phase in signal.phases)
         lost = len(signal.phases) * (yellow + all_red)
         cycle = (1.5 * lost + 5) / (1 - total) if total < 1 else 1e6 * total
-        mixed = sum(len({name[-1] for name in phase.movements}) > 1 for phase in signal.phases)
+        mixed = sum(len(_turns(intersection, phase)) > 1 for phase in signal.phases)
         return (round(cycle, 6), mixed, "/".join(phase.name for phase in signal.phases))
 
     candidates = [
@@ -195,10 +194,10 @@ def propose(scenario: Scenario, network: Network) -> Signal:
     return retimed(scenario, intersection, min(candidates, key=cost))
 
 
-def _change_times(scenario: Scenario, intersection: Intersection) -> tuple[float, float]:
+def _change_times(intersection: Intersection) -> tuple[float, float]:
     """Yellow and all-red by the fastest approach, to half seconds (ITE)."""
-    fastest = max(approach.speed_limit for _, approach in scenario.approaches.items())
-    longest = max(way.length for one in intersection.movements.values() for way in one.ways)
+    fastest = max(lane.speed_limit for lane in intersection.lanes.values())
+    longest = max(way.length for road in intersection.movements.values() for way in road.ways)
     yellow = min(max(REACTION + fastest / (2 * BRAKING), 3.0), 5.0)
     all_red = min(max((longest + 5.0) / fastest, 1.0), 2.0)
     return round(2 * yellow) / 2, round(2 * all_red) / 2
@@ -219,41 +218,46 @@ def _partitions(
                 yield [*partition[:index], [first, *members], *partition[index + 1 :]]
 
 
-def _together(intersection: Intersection, one: LaneGroup, other: LaneGroup) -> bool:
+def _together(intersection: Intersection, first: LaneGroup, second: LaneGroup) -> bool:
     return all(
-        _yielder(one, other, a, b) is not None
-        for a in one.movements
-        for b in other.movements
+        _yielder(intersection, first, second, a, b) is not None
+        for a in first.movements
+        for b in second.movements
         if intersection.conflict(a, b)
     )
 
 
-def _yielder(one: LaneGroup, other: LaneGroup, a: str, b: str) -> str | None:
+def _yielder(
+    intersection: Intersection, first: LaneGroup, second: LaneGroup, a: str, b: str
+) -> str | None:
     """Which of two conflicting movements yields: a left on a shared lane to a cross movement."""
-    for group, movement, against in ((one, a, b), (other, b, a)):
-        if len(group.movements) > 1 and movement[-1] == "L" and against[-1] == "C":
+    for group, movement, against in ((first, a, b), (second, b, a)):
+        turns = [intersection.movements[name].turn for name in (movement, against)]
+        if len(group.movements) > 1 and turns == ["L", "C"]:
             return movement
     return None
 
 
-def _phase(intersection: Intersection, members: Sequence[LaneGroup]) -> Phase:
+def _phase(intersection: Intersection, members: Sequence[LaneGroup]) -> SignalPhase:
     permitted = {
         yielding
-        for one in members
-        for other in members
-        if one is not other
-        for a in one.movements
-        for b in other.movements
-        if intersection.conflict(a, b) and (yielding := _yielder(one, other, a, b))
+        for first in members
+        for second in members
+        if first is not second
+        for a in first.movements
+        for b in second.movements
+        if intersection.conflict(a, b) and (yielding := _yielder(intersection, first, second, a, b))
     }
     names = [name for group in members for name in group.movements]
-    return Phase(movements=tuple(names), permitted=tuple(permitted), green=5.0, minimum_green=5.0)
+    return SignalPhase(
+        movements=tuple(names), permitted=tuple(permitted), green=5.0, minimum_green=5.0
+    )
 
 
-def _axis(intersection: Intersection, phase: Phase) -> int:
-    order = list(dict.fromkeys(one.approach for one in intersection.movements.values()))
+def _axis(intersection: Intersection, phase: SignalPhase) -> int:
+    order = list(dict.fromkeys(road.approach for road in intersection.movements.values()))
     return min(order.index(intersection.movements[name].approach) % 2 for name in phase.movements)
 
 
-def _has_cross(phase: Phase) -> bool:
-    return any(name.endswith("C") for name in phase.movements)
+def _turns(intersection: Intersection, phase: SignalPhase) -> set[str]:
+    return {intersection.movements[name].turn for name in phase.movements}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmark.records.record import JunctionMetrics
-from benchmark.scenario.layout import Evaluation
+from benchmark.scenario.evaluation import Evaluation
 from benchmark.sumo.junction import Junction
 from benchmark.world import metrics
 from benchmark.world.rules import Rules

@@ -6,13 +6,13 @@ Who decides is no concern of a world: ``benchmark.study.episode`` asks a control
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 from typing import Literal, Self
 
 from benchmark.control.state import TrafficState
 from benchmark.records.record import JunctionMetrics, TripMetrics
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 from benchmark.sumo import demand, network, signals
 from benchmark.sumo.demand import Routes
 from benchmark.sumo.junction import Junction, movement_of
@@ -51,7 +51,7 @@ class World:
         rate: the penetration rate.
         seed: of demand, drivers and RVs.
         controller: who decides, for messages.
-        signal: the program of the lights; None where they are dark.
+        programs: of the lights, by junction; elsewhere they are dark.
         arbitration: whether Go commands pass the flexible arbitration.
         window: show the run in sumo-gui.
 
@@ -66,17 +66,16 @@ class World:
         seed: int,
         *,
         controller: str,
-        signal: Signal | None = None,
+        programs: Mapping[str, Signal] = MappingProxyType({}),
         arbitration: Literal["flexible", "own"] = "flexible",
         window: bool = False,
     ) -> None:
         self.scenario, self.rate, self.seed = scenario, rate, seed
         self.network: Network = network.build(scenario)
         self.routes: Routes = demand.build(scenario, self.network, seed)
-        if signal is not None:
-            signals.check(scenario, signal, self.network)
+        signals.check(scenario, programs, self.network)
         self.sites = {
-            name: self._site(_with_phases(junction, signal), signal, controller, arbitration)
+            name: self._site(junction, programs.get(name), controller, arbitration)
             for name, junction in self.network.junctions.items()
         }
         self._steps_left = round(scenario.evaluation.duration / scenario.evaluation.step)
@@ -87,7 +86,7 @@ class World:
         self._simulation = Simulation(
             self.network.path,
             self.routes.path,
-            signals.program_file(scenario, signal, self.network),
+            signals.program_file(programs, self.network),
             step=scenario.evaluation.step,
             seed=seed,
             window=window,
@@ -100,13 +99,14 @@ class World:
         controller: str,
         arbitration: Literal["flexible", "own"],
     ) -> Site:
+        junction = _with_phases(junction, signal)
         return Site(
             junction=junction,
             tracker=Tracker(junction, lambda vehicle: self._identify(junction, vehicle)),
             rules=Rules(
                 junction.intersection, controller, arbitration, lights_on=signal is not None
             ),
-            switch=PhaseSwitch(self.scenario, signal, junction) if signal else None,
+            switch=PhaseSwitch(signal, junction) if signal else None,
         )
 
     def _identify(self, junction: Junction, vehicle: str) -> Identity:
@@ -122,13 +122,8 @@ class World:
         self._simulation.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._simulation.__exit__(kind, error, trace)
+    def __exit__(self, *error: object) -> None:
+        self._simulation.__exit__(*error)
 
     @property
     def over(self) -> bool:
@@ -229,6 +224,6 @@ class World:
 
 def _with_phases(junction: Junction, signal: Signal | None) -> Junction:
     """A junction whose phases are those of the program that runs, if any does."""
-    phases = {phase.name: frozenset(phase.movements) for phase in signal.phases} if signal else {}
+    phases = signal.movements_by_phase() if signal else {}
     intersection = replace(junction.intersection, phases=MappingProxyType(phases))
     return replace(junction, intersection=intersection)

@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from factories.scenarios import smoke
+from factories.scenarios import network_of, smoke
 
 from baselines.traffic_light import TrafficLight
 from baselines.virtual_signal import VirtualSignal
@@ -35,7 +35,8 @@ def kind(base: type = VirtualSignal, **declared: Any) -> Any:
 def test_a_scenario_or_rate_it_is_not_made_for_is_a_reason_to_skip(
     declared: dict[str, Any], scenario: str, rate: float | None, reason: str | None
 ) -> None:
-    assert Declaration.of("needy", kind(**declared)).unmet(smoke(scenario), rate) == reason
+    intersections = network_of(f"smoke/{scenario}").intersections
+    assert Declaration.of("needy", kind(**declared)).unmet(intersections, rate) == reason
 
 
 def test_a_skipped_episode_does_not_even_make_the_controller(

@@ -14,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmark.plumbing.errors import ScenarioError
-from benchmark.scenario.scenario import COMPASS, json_schema, load, parse
+from benchmark.scenario.layout import COMPASS
+from benchmark.scenario.scenario import json_schema, load, parse
 
 NORTH = "approaches.northbound"
 DRIVER = "vehicles.car.car_following"
@@ -181,8 +182,8 @@ MISTAKES: list[tuple[dict[str, Any], str, list[str]]] = [
     ({"signal.phases.0.green": 0}, "signal.phases[0].green", ["got 0", "greater than 0"]),
     (
         {"signal.phases.0.movements": ["N-L", "N-U"]},
-        "signal.phases[0].movements[1]",
-        ["'N-U'", "LCR"],
+        "signal.phases[0]",
+        ['unknown movement "N-U"', "expected one of E-C"],
     ),
     ({"signal.phases.0.movements": ["N-L"]}, "signal.phases", ['"S-L" is never green', "add"]),
     ({"signal.phases.0.permitted": ["E-L"]}, "signal.phases[0]", ["E-L", "among movements"]),

@@ -77,7 +77,7 @@ def test_commands_said_again_are_judged_alike_to_the_last_bit(
     answers: list[Mapping[Any, Any]], arbitration: Any
 ) -> None:
     orders, rules, recording = judged(answers, arbitration)
-    again = spoken(_through_a_file(recording.actions), record(), None).new()
+    again = spoken(_through_a_file(recording.actions), record(), {}).new()
     again.reset(CROSSROADS, 1)
     same, ruled, repeated = judged([dict(again.act(seen)) for seen in STATES], arbitration)
     assert [repr(one) for one in same] == [repr(one) for one in orders]
@@ -119,11 +119,11 @@ def test_steps_without_commands_count_and_each_junction_by_itself() -> None:
 
 def test_what_stands_in_for_a_controller_says_what_the_record_says_of_it() -> None:
     facts = {"weights_hash": "f" * 64, "rules": "robot vehicles", "arbitration": "own"}
-    plugin = spoken([], record("mine", rate=0.5, **facts), None)
+    plugin = spoken([], record("mine", rate=0.5, **facts), {})
     kind = plugin.kind
     assert (plugin.reference, kind.rules, kind.arbitration) == ("mine", "robot vehicles", "own")
     assert (kind.needs_robot_vehicles, plugin.new().weights_hash) == (True, "f" * 64)
-    lit = spoken([], record("light", rate=None), None).kind
+    lit = spoken([], record("light", rate=None), {}).kind
     assert (lit.rules, lit.needs_robot_vehicles) == ("signals", False)
 
 
@@ -137,7 +137,7 @@ def test_text_that_utf_8_cannot_hold_is_kept_as_far_as_it_can(odd: str) -> None:
 
 
 def test_it_commands_only_as_long_as_there_is_something_to_say() -> None:
-    again = spoken([Action(0, WHERE, "a", "go", None, None, None)], record(), None).new()
+    again = spoken([Action(0, WHERE, "a", "go", None, None, None)], record(), {}).new()
     for _ in range(2):
         again.reset(CROSSROADS, 1)
         seen: TrafficState = STATES[0]

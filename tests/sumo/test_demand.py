@@ -11,9 +11,10 @@ from factories.scenarios import PAPER, SHIPPED, SMOKE, network_of, parsed, shipp
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmark.scenario.scenario import COMPASS
+from benchmark.scenario.layout import COMPASS
 from benchmark.sumo import demand, network
-from benchmark.sumo.demand import Routes, is_robot, turn_shares, unit_draw
+from benchmark.sumo.demand import Routes, is_robot, unit_draw
+from benchmark.sumo.inspection import turn_shares
 from benchmark.sumo.junction import movement_of
 
 RATES = st.floats(0, 1)
@@ -128,7 +129,8 @@ def test_turns_come_in_the_shares_of_the_counts(name: str) -> None:
             for period in scenario.demand
         )
         assert close(found[movement.id], wanted), movement.id
-    shares = {one.movement: one for one in turn_shares(scenario, network_of(name), routes)}
+    (junction,) = network_of(name).junctions.values()
+    shares = {share.movement: share for share in turn_shares(scenario, junction, routes)}
     assert {name: one.vehicles for name, one in shares.items()} == dict(found)
     assert not any(one.deviates for one in shares.values())
     approaches = len(scenario.approaches.names())

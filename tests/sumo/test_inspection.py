@@ -73,8 +73,10 @@ def test_what_is_wrong_is_said_with_the_figures(changes: dict[str, Any], found: 
 
 def test_movements_with_more_traffic_than_their_green_are_said() -> None:
     found = inspection.inspect(parsed(STREAM))
-    assert [name for name, degree in found.saturation.items() if degree > 1] == ["N-C"]
-    degree = f"{found.saturation['N-C']:.2f}"
+    assert [name for name, degree in found.saturation["intersection"].items() if degree > 1] == [
+        "N-C"
+    ]
+    degree = f"{found.saturation['intersection']['N-C']:.2f}"
     assert found.findings == [
         f"N-C: degree of saturation {degree}; its queue grows under the signal"
     ]
@@ -102,9 +104,9 @@ def test_an_inspection_says_how_saturated_and_how_well_routed_each_movement_is()
     scenario = smoke("tee")
     found = inspection.inspect(scenario)
     regulated = {"N-L", "E-C", "W-C", "W-L"}
-    assert found.saturation.keys() == regulated
-    assert all(0 < degree < 1 for degree in found.saturation.values())
-    assert {share.movement for share in found.shares} == regulated | {"N-R", "E-R"}
+    assert found.saturation["intersection"].keys() == regulated
+    assert all(0 < degree < 1 for degree in found.saturation["intersection"].values())
+    assert {share.movement for share in found.shares["intersection"]} == regulated | {"N-R", "E-R"}
     assert found.scenario is scenario
     assert re.fullmatch("[0-9a-f]{64}", found.network_hash)
     assert inspection.inspect(parsed({"signal": DROP})).saturation == {}

@@ -9,7 +9,8 @@ from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
 from factories.traffic import CONFLICT_FREE
 
 from benchmark.plumbing.errors import NetworkError
-from benchmark.scenario.scenario import LETTERS, Scenario
+from benchmark.scenario.layout import LETTERS
+from benchmark.scenario.scenario import Scenario
 from benchmark.sumo import network
 from benchmark.sumo.junction import Junction, movement_of
 

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmark.plumbing.errors import ScenarioError
-from benchmark.scenario.scenario import Scenario, Signal
+from benchmark.scenario.scenario import CENTRE, Scenario
+from benchmark.scenario.signal import Signal
 from benchmark.sumo import network, signals, tools
 from benchmark.sumo.junction import Junction
 from benchmark.sumo.network import Network
@@ -31,11 +32,20 @@ def built(changes: dict[str, Any] | None = None) -> tuple[Scenario, Signal, Netw
 
 @cache
 def switchable(yellow: float = 3, all_red: float = 2, minimum_green: float = 5) -> Any:
-    """A crossing with short greens, its signal and its junction."""
+    """The signal of a crossing with short greens, and its junction."""
     changes = {"signal.yellow": yellow, "signal.all_red": all_red}
     changes |= {f"signal.phases.{index}.minimum_green": minimum_green for index in range(4)}
-    scenario, signal, found = built(changes)
-    return scenario, signal, found.junctions["intersection"]
+    _, signal, found = built(changes)
+    return signal, found.junctions["intersection"]
+
+
+def _at_centre(signal: Signal | None) -> dict[str, Signal]:
+    """The program of the only junction; none where lights are dark."""
+    return {CENTRE: signal} if signal else {}
+
+
+def check(scenario: Scenario, signal: Signal, roads: Network) -> None:
+    signals.check(scenario, _at_centre(signal), roads)
 
 
 def letters(junction: Junction, lights: str) -> dict[str, str]:
@@ -55,14 +65,11 @@ def expected(green: Sequence[str] = (), yellow: Sequence[str] = (), **right: str
     return found | {f"{approach}-R": letter for approach, letter in right.items()}
 
 
-# --- what may be green together --------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_signal_is_accepted(name: str) -> None:
     signal = shipped(name).signal
     assert signal is not None
-    signals.check(shipped(name), signal, network_of(name))
+    signals.check(shipped(name), shipped(name).programs, network_of(name))
 
 
 def conflicting(permitted: list[str]) -> tuple[Scenario, Signal, Network]:
@@ -70,37 +77,31 @@ def conflicting(permitted: list[str]) -> tuple[Scenario, Signal, Network]:
     return built({"signal.phases.1": together})
 
 
-def test_conflicting_protected_greens_are_refused_with_both_movements() -> None:
+def test_conflicting_greens_are_refused_with_both_movements_until_one_yields() -> None:
     with pytest.raises(ScenarioError, match=r"test/a: signal\.phases\[1\]: N-L and S-C conflict"):
-        signals.check(*conflicting(permitted=[]))
-
-
-def test_a_green_that_yields_is_accepted() -> None:
-    signals.check(*conflicting(permitted=["N-L"]))
+        check(*conflicting(permitted=[]))
+    check(*conflicting(permitted=["N-L"]))
 
 
 def test_a_permitted_green_that_conflicts_with_nobody_does_not_excuse_the_others() -> None:
     with pytest.raises(ScenarioError, match="N-L and S-C conflict"):
-        signals.check(*conflicting(permitted=["N-C"]))
+        check(*conflicting(permitted=["N-C"]))
 
 
 def test_streams_that_both_go_straight_never_share_a_green_whoever_is_said_to_yield() -> None:
     every = ["E-C", "N-C", "S-C"]
     straight = {"movements": every, "permitted": every, "green": 20}
     with pytest.raises(ScenarioError, match="E-C and N-C conflict"):
-        signals.check(*built({"signal.phases.1": straight}))
+        check(*built({"signal.phases.1": straight}))
 
 
 @pytest.mark.parametrize("key", ["yellow", "all_red"])
 def test_a_program_of_a_controller_clears_no_faster_than_the_scenarios(key: str) -> None:
     scenario, signal, roads = built({})
-    signals.check(scenario, signal.model_copy(update={key: getattr(signal, key) + 1}), roads)
+    check(scenario, signal.model_copy(update={key: getattr(signal, key) + 1}), roads)
     shorter = signal.model_copy(update={key: getattr(signal, key) - 0.5})
     with pytest.raises(ScenarioError, match=f"signal.{key}: .* expected at least"):
-        signals.check(scenario, shorter, roads)
-
-
-# --- letters ---------------------------------------------------------------------------------
+        check(scenario, shorter, roads)
 
 
 @pytest.mark.parametrize(
@@ -112,16 +113,16 @@ def test_a_program_of_a_controller_clears_no_faster_than_the_scenarios(key: str)
     ],
 )
 def test_a_green_shows_each_link_its_letter(phase: int, shown: dict[str, str]) -> None:
-    scenario, signal, found = built(SLIP)
+    _, signal, found = built(SLIP)
     junction = found.junctions["intersection"]
-    lights = signals.green(scenario, junction, signal.phases[phase])
+    lights = signals.green(junction, signal.phases[phase])
     assert letters(junction, lights) == shown
 
 
 def test_a_permitted_green_is_a_small_g() -> None:
-    scenario, signal, found = conflicting(permitted=["N-L"])
+    _, signal, found = conflicting(permitted=["N-L"])
     junction = found.junctions["intersection"]
-    lights = letters(junction, signals.green(scenario, junction, signal.phases[1]))
+    lights = letters(junction, signals.green(junction, signal.phases[1]))
     assert (lights["N-L"], lights["N-C"], lights["S-C"]) == ("g", "G", "G")
 
 
@@ -129,7 +130,7 @@ def test_a_right_turn_from_a_shared_lane_goes_with_its_approach() -> None:
     scenario, junction = smoke("asymmetric"), network_of("smoke/asymmetric").junctions
     assert scenario.signal is not None
     lights = [
-        letters(junction["intersection"], signals.green(scenario, junction["intersection"], phase))
+        letters(junction["intersection"], signals.green(junction["intersection"], phase))
         for phase in scenario.signal.phases
     ]
     assert [shown["E-R"] for shown in lights] == ["s", "s", "g"]
@@ -141,18 +142,15 @@ def test_only_those_that_lose_their_green_turn_yellow_and_then_red() -> None:
     assert scenario.signal is not None
     junction = network_of("smoke/tee").junctions["intersection"]
     cross, left, _ = scenario.signal.phases  # westbound cross goes on through both
-    yellow = letters(junction, signals.between(scenario, junction, cross, left, "y"))
-    red = letters(junction, signals.between(scenario, junction, cross, left, "r"))
+    yellow = letters(junction, signals.between(junction, cross, left, "y"))
+    red = letters(junction, signals.between(junction, cross, left, "r"))
     assert (yellow["E-C"], yellow["W-C"], yellow["W-L"], yellow["N-L"]) == ("y", "G", "r", "r")
     assert (red["E-C"], red["W-C"], red["W-L"], red["N-L"]) == ("r", "G", "r", "r")
 
 
-# --- programs --------------------------------------------------------------------------------
-
-
 def program(scenario: Scenario, signal: Signal | None, found: Network) -> list[dict[str, str]]:
     """The attributes of a program and then of its phases."""
-    logic = ElementTree.fromstring(signals.program_xml(scenario, signal, found)).find("tlLogic")
+    logic = ElementTree.fromstring(signals.program_xml(_at_centre(signal), found)).find("tlLogic")
     assert logic is not None
     return [dict(logic.attrib), *(dict(phase.attrib) for phase in logic.iter("phase"))]
 
@@ -165,7 +163,7 @@ def test_sumo_takes_the_program(name: str, kind: str, tmp_path: Path) -> None:
     chosen = None if kind == "dark" else signal.model_copy(update={"kind": kind})
     found, path, states = network_of(name), tmp_path / "program.xml", tmp_path / "states.xml"
     save = f'<timedEvent type="SaveTLSStates" source="intersection" dest="{states}"/>'
-    text = signals.program_xml(shipped(name), chosen, found)
+    text = signals.program_xml(_at_centre(chosen), found)
     path.write_text(text.replace("</additional>", f"{save}</additional>"))
     tools.run("sumo", "-n", str(found.path), "-a", str(path), "--end", "5")
     shown = {one.attrib["programID"] for one in ElementTree.parse(states).iter("tlsState")}
@@ -223,9 +221,6 @@ def test_dark_lights_show_everybody_g() -> None:
     assert float(only["duration"]) >= 86400
 
 
-# --- the switch ------------------------------------------------------------------------------
-
-
 def test_before_the_first_command_the_switch_shows_nothing() -> None:
     switch = PhaseSwitch(*switchable())
     assert switch.request(None, 0.0) is None
@@ -234,8 +229,8 @@ def test_before_the_first_command_the_switch_shows_nothing() -> None:
 
 
 def test_a_change_takes_yellow_and_all_red_to_the_second() -> None:
-    scenario, signal, junction = switchable()
-    switch = PhaseSwitch(scenario, signal, junction)
+    signal, junction = switchable()
+    switch = PhaseSwitch(signal, junction)
     shown = []
     for time in range(20):
         lights = switch.request(PHASES[1] if time < 10 else PHASES[3], float(time))
@@ -247,8 +242,8 @@ def test_a_change_takes_yellow_and_all_red_to_the_second() -> None:
 
 @pytest.mark.parametrize("tick", range(0, 100, 7))
 def test_a_change_is_as_long_in_steps_of_a_tenth_of_a_second(tick: int) -> None:
-    scenario, signal, junction = switchable()
-    switch = PhaseSwitch(scenario, signal, junction)
+    signal, junction = switchable()
+    switch = PhaseSwitch(signal, junction)
     switch.request(PHASES[1], -10.0)
     shown = ""
     for number in range(60):  # SUMO's clock counts in whole milliseconds
@@ -264,8 +259,8 @@ def test_a_change_is_as_long_in_steps_of_a_tenth_of_a_second(tick: int) -> None:
 def test_a_change_without_yellow_or_all_red_leaves_it_out(
     yellow: float, all_red: float, between: str
 ) -> None:
-    scenario, signal, junction = switchable(yellow, all_red)
-    switch = PhaseSwitch(scenario, signal, junction)
+    signal, junction = switchable(yellow, all_red)
+    switch = PhaseSwitch(signal, junction)
     switch.request(PHASES[1], -10.0)
     shown = ""
     for time in range(5):
@@ -308,8 +303,8 @@ def test_no_command_keeps_what_is() -> None:
 def test_conflicting_movements_are_never_green_together(
     requests: list[str | None], times: tuple[float, float, float]
 ) -> None:
-    scenario, signal, junction = switchable(*times)
-    switch = PhaseSwitch(scenario, signal, junction)
+    signal, junction = switchable(*times)
+    switch = PhaseSwitch(signal, junction)
     movements = junction.intersection.movements
     yellow, all_red, minimum_green = times
     lost: dict[str, int] = {}  # movement -> when its green ended

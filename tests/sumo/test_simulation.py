@@ -30,7 +30,7 @@ def start(tmp_path: Path) -> Start:
     def make(*trips: tuple[str, str, float], step: float = 1.0) -> Simulation:
         roads = network.build(CROSSING)
         routes = write_routes(tmp_path / "hand.rou.xml", CROSSING, roads, trips)
-        program = signals.program_file(CROSSING, None, roads)
+        program = signals.program_file({}, roads)
         return Simulation(roads.path, routes, program, step=step, seed=1, window=False)
 
     return make
@@ -68,7 +68,7 @@ def test_an_error_inside_closes_the_simulation(start: Start) -> None:
 
 def test_files_that_sumo_refuses_raise_its_words_and_close(start: Start, tmp_path: Path) -> None:
     roads = network.build(CROSSING)
-    program = signals.program_file(CROSSING, None, roads)
+    program = signals.program_file({}, roads)
     missing = tmp_path / "missing.rou.xml"
     broken = Simulation(roads.path, missing, program, step=1, seed=1, window=False)
     with pytest.raises(NetworkError, match=r"SUMO does not start: .*missing.rou.xml"), broken:
@@ -129,7 +129,7 @@ def test_the_zone_reaches_upstream_of_the_turn_bay() -> None:
     name = "smoke/asymmetric"
     roads, scenario = network_of(name), shipped(name)
     routes = demand.build(scenario, roads, seed=1)
-    program = signals.program_file(scenario, None, roads)
+    program = signals.program_file({}, roads)
     seen: dict[str, list[float]] = {}
     with Simulation(roads.path, routes.path, program, step=1, seed=1, window=False) as simulation:
         for _ in range(60):

@@ -9,7 +9,9 @@ from factories.traffic import CROSSROADS
 from scipy.optimize import minimize_scalar
 
 from benchmark.control.intersection import Intersection
-from benchmark.scenario.scenario import COMPASS, Scenario, Signal
+from benchmark.scenario.layout import COMPASS
+from benchmark.scenario.scenario import CENTRE, Scenario
+from benchmark.scenario.signal import Signal
 from benchmark.sumo import signals, webster
 from benchmark.sumo.webster import LaneGroup
 
@@ -39,9 +41,6 @@ def counted(signal: Any = None, **counts: float) -> tuple[Scenario, Signal]:
 def saturation() -> float:
     """What a lane of the crossroads discharges under Krauss [veh/h]; the same for all turns."""
     return webster.saturation_flow(counted()[0], CROSSROADS.movements["N-C"])
-
-
-# --- saturation flow -------------------------------------------------------------------------
 
 
 def test_saturation_under_krauss_is_one_vehicle_per_gap_and_length_at_the_speed_cap() -> None:
@@ -79,9 +78,6 @@ def test_classes_mix_by_the_time_they_take() -> None:
     headway = 0.8 * (2.5 + 10 + 5) / 10 + 0.2 * (2.5 + 20 + 12) / 10  # s
     found = webster.saturation_flow(parsed({"vehicles": classes}), CROSSROADS.movements["N-C"])
     assert found == pytest.approx(3600 / headway, rel=0.005)
-
-
-# --- cycle, splits and degrees ---------------------------------------------------------------
 
 
 def by_flow_ratios(north: float, lefts: float, east: float) -> tuple[Scenario, Signal]:
@@ -167,11 +163,8 @@ def test_the_peak_period_counts() -> None:
         for index, counts in enumerate([quiet, busy, quiet])
     ]
     scenario = parsed({"demand": periods})
-    assert webster.peak(scenario).begin == 60
+    assert scenario.peak.begin == 60
     assert webster.count(scenario, CROSSROADS, "N-C") == 300
-
-
-# --- lane groups -----------------------------------------------------------------------------
 
 
 def groups_of(name: str) -> list[LaneGroup]:
@@ -196,7 +189,7 @@ def test_a_shared_lane_carries_the_flow_ratios_of_its_movements() -> None:
     name = "smoke/crossing"
     scenario, intersection = shipped(name), intersection_of(name)
     group = groups_of(name)[1]
-    phase = webster.propose(scenario, network_of(name)).phases[0]
+    phase = webster.propose(scenario, intersection_of(name)).phases[0]
     assert phase.movements == group.movements == ("N-C", "N-L")
     assert phase.permitted == ()
     by_hand = sum(
@@ -207,14 +200,11 @@ def test_a_shared_lane_carries_the_flow_ratios_of_its_movements() -> None:
     assert group.flow_ratio(scenario, intersection, phase) == pytest.approx(by_hand)
 
 
-# --- proposals -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_proposal_lets_every_movement_go_safely(name: str) -> None:
-    scenario, found = shipped(name), network_of(name)
-    signal = webster.propose(scenario, found)
-    signals.check(scenario, signal, found)
+    scenario = shipped(name)
+    signal = webster.propose(scenario, intersection_of(name))
+    signals.check(scenario, {CENTRE: signal}, network_of(name))
     assert Signal.model_validate(signal.model_dump()) == signal
     green = {movement for phase in signal.phases for movement in phase.movements}
     assert green == set(intersection_of(name).regulated_movements)
@@ -225,5 +215,5 @@ def test_a_proposal_lets_every_movement_go_safely(name: str) -> None:
 
 @pytest.mark.parametrize("name", PAPER)
 def test_a_proposal_is_retimed_to_itself(name: str) -> None:
-    signal = webster.propose(shipped(name), network_of(name))
+    signal = webster.propose(shipped(name), intersection_of(name))
     assert webster.retimed(shipped(name), intersection_of(name), signal) == signal

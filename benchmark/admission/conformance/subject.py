@@ -10,6 +10,7 @@ from benchmark.control import plugins
 from benchmark.control.controller import Controller
 from benchmark.control.plugins import Plugin
 from benchmark.scenario.scenario import Scenario
+from benchmark.sumo import network
 
 SEED = 1001  # a validation seed: nothing is to be learnt from seeds that evaluate
 MIDDLE = 0.5  # the penetration rate of most checks, where the controller is made for it
@@ -58,7 +59,7 @@ class Subject:
 
     def unmet(self, scenario: Scenario) -> str | None:
         """What it declares to need and the scenario lacks."""
-        return self.plugin.declaration.unmet(scenario, self.rate)
+        return self.plugin.declaration.unmet(network.build(scenario).intersections, self.rate)
 
     def skipped(self, scenario: Scenario) -> str | None:
         """Why it is not run on a scenario; None if it is, whatever comes of it."""

@@ -11,8 +11,8 @@ from benchmark.control.guard import FAULTS, Guard, raised
 from benchmark.control.intersection import Intersection
 from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 from benchmark.study.episode import Episode, world_of
 
 Commands = Mapping[str, Command]
@@ -50,9 +50,9 @@ class Recorder(Controller):
         """As the controller says."""
         return self._inner.supports(scenario)
 
-    def signal(self, scenario: Scenario) -> Signal | None:
+    def signal(self, scenario: Scenario, junction: str) -> Signal | None:
         """As the controller says."""
-        return self._inner.signal(scenario)
+        return self._inner.signal(scenario, junction)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Begin a track."""

@@ -91,7 +91,7 @@ class Answer(Message):
 
     unsupported: Text | None
     weights_hash: Name | None
-    signal: str | None  # JSON
+    programs: str  # JSON
     trained_on: str  # JSON
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmark.control import plugins
 from benchmark.control.commands import text, write
 from benchmark.control.controller import Command, expect_mapping
-from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Guard, raised
+from benchmark.control.guard import PROGRAMS, TRAINED_ON, ControllerFailedError, Guard, raised
 from benchmark.control.intersection import Intersection
 from benchmark.control.isolation import channel, imports, sandbox
 from benchmark.control.isolation.channel import Channel
@@ -107,9 +107,9 @@ class Service:
 
     def _ask(self, scenario: Scenario) -> channel.Answer:
         self._guard = guard = Guard(self._plugin, scenario)
-        signal = guard.signal.model_dump_json() if guard.signal is not None else None
+        programs = PROGRAMS.dump_json(dict(guard.programs)).decode()
         trained_on = TRAINED_ON.dump_json(guard.trained_on).decode()
-        return channel.Answer(guard.unsupported, guard.weights_hash, signal, trained_on)
+        return channel.Answer(guard.unsupported, guard.weights_hash, programs, trained_on)
 
 
 class Writer:

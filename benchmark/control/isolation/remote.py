@@ -13,7 +13,14 @@ from benchmark.control import plugins
 from benchmark.control import reference as naming
 from benchmark.control.commands import read
 from benchmark.control.declarations import Declaration
-from benchmark.control.guard import TRAINED_ON, ControllerFailedError, Decided, Judge, raised
+from benchmark.control.guard import (
+    PROGRAMS,
+    TRAINED_ON,
+    ControllerFailedError,
+    Decided,
+    Judge,
+    raised,
+)
 from benchmark.control.intersection import Intersection
 from benchmark.control.isolation import channel
 from benchmark.control.isolation.limits import DEFAULT, Limits
@@ -21,8 +28,8 @@ from benchmark.control.isolation.process import Process
 from benchmark.control.isolation.readable import readable
 from benchmark.control.state import TrafficState
 from benchmark.plumbing.errors import ControllerError
-from benchmark.scenario.layout import Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal
 
 
 def isolated(reference: str, wish: bool | None) -> bool:
@@ -123,7 +130,7 @@ class RemoteGuard:
     Args:
         process: where it runs.
         declaration: what its class says of itself.
-        scenario: what it is to run on; ``unsupported`` says why not, ``signal`` what SUMO runs.
+        scenario: what it is to run on; ``unsupported`` says why not, ``programs`` what SUMO runs.
         limits: of time.
     """
 
@@ -136,11 +143,13 @@ class RemoteGuard:
         answer = process.ask(channel.Ask.about(scenario), channel.Answer, doing, limits.start)
         self.unsupported, self.weights_hash = answer.unsupported, answer.weights_hash
         self.trained_on = _parsed(TRAINED_ON.validate_json, answer.trained_on, doing, "trained_on")
-        self.signal: Signal | None = None
+        self.programs: Mapping[str, Signal] = {}
         if declaration.rules == "signals" and self.unsupported is None:
-            self.signal = _parsed(
-                Signal.model_validate_json, answer.signal or "null", doing, "signal"
-            )
+            self.programs = _parsed(PROGRAMS.validate_json, answer.programs, doing, "programs")
+            if self.programs.keys() != scenario.junctions.keys():
+                raise ControllerFailedError(
+                    f"{doing}: malformed answer: programs of other junctions"
+                )
 
     def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
         """A new episode begins at every junction."""

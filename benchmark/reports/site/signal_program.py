@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from benchmark.scenario.layout import Phase, Signal
+from benchmark.scenario.signal import Signal, SignalPhase
 
 
 @dataclass(frozen=True)
@@ -13,7 +13,7 @@ class Step:
     """A phase in its place in the cycle."""
 
     number: int
-    phase: Phase
+    phase: SignalPhase
     start: float  # s
     signal: Signal
 

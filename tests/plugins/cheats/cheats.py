@@ -8,8 +8,8 @@ from typing import Any
 from benchmark.control.controller import Command, Controller, Drive, Go
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
-from benchmark.scenario.layout import Phase, Signal
 from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.signal import Signal, SignalPhase
 
 CREEPING = 0.15  # m/s; slower than 0.1 m/s is stationary
 
@@ -78,21 +78,21 @@ def program(scenario: Scenario, *, yielding: bool) -> Signal:
     assert scenario.signal is not None
     phases = scenario.signal.phases
     every = tuple(name for phase in phases for name in phase.movements)
-    both = Phase(movements=every, permitted=every if yielding else (), green=60)
+    both = SignalPhase(movements=every, permitted=every if yielding else (), green=60)
     return scenario.signal.model_copy(update={"phases": (both, phases[0])})
 
 
 class AllGreen(Relit):
     """Shows green to everybody at once."""
 
-    def signal(self, scenario: Scenario) -> Signal:
+    def signal(self, scenario: Scenario, junction: str) -> Signal:
         return program(scenario, yielding=False)
 
 
 class AllYield(Relit):
     """Shows green to everybody at once and says that all of them yield."""
 
-    def signal(self, scenario: Scenario) -> Signal:
+    def signal(self, scenario: Scenario, junction: str) -> Signal:
         return program(scenario, yielding=True)
 
 
@@ -108,7 +108,7 @@ class AllGo(Cheat):
 class NoClearance(Relit):
     """The deployed program without yellow and all-red."""
 
-    def signal(self, scenario: Scenario) -> Signal:
+    def signal(self, scenario: Scenario, junction: str) -> Signal:
         assert scenario.signal is not None
         return scenario.signal.model_copy(update={"yellow": 0.0, "all_red": 0.0})
 
@@ -116,7 +116,7 @@ class NoClearance(Relit):
 class LightsOff(Relit):
     """Claims the lights' rule and has no program for them."""
 
-    def signal(self, scenario: Scenario) -> None:
+    def signal(self, scenario: Scenario, junction: str) -> None:
         return None
 
 

@@ -1,0 +1,52 @@
+"""How an episode is evaluated: its length, the figures' window, and how far control reaches."""
+
+from typing import Self
+
+from pydantic import Field, PositiveFloat, PositiveInt, model_validator
+
+from benchmark.plumbing.models import Share, Table
+
+
+class Evaluation(Table):
+    """How long an episode lasts, from when figures count, and which episodes a study holds."""
+
+    step: PositiveFloat = Field(1.0, le=1.0, description="Simulated time per step [s].")
+    duration: PositiveFloat = Field(1000.0, le=86400, description="Length of an episode [s].")
+    warm_up: float = Field(0.0, ge=0, description="Time before figures count [s].")
+    penetration_rates: tuple[Share, ...] = Field(
+        (0.4, 0.5, 0.6, 0.7), min_length=1, description="Probabilities that a vehicle is an RV."
+    )
+    seeds: PositiveInt = Field(10, description="The study uses the seeds 1 to this number.")
+
+    @model_validator(mode="after")
+    def _window_exists(self) -> Self:
+        if self.warm_up >= self.duration:
+            raise ValueError(f"warm_up ({self.warm_up:g} s) must end before duration")
+        if self.warm_up >= (last := round(self.duration / self.step) * self.step):
+            raise ValueError(
+                f"warm_up ({self.warm_up:g} s) must end before the last step ({last:g} s)"
+            )
+        return self
+
+
+class Zones(Table):
+    """Where the intersection lies and how far control reaches."""
+
+    latitude: float | None = Field(None, ge=-90, le=90, description="Degrees north.")
+    longitude: float | None = Field(None, ge=-180, le=180, description="Degrees east.")
+    control_zone: PositiveFloat = Field(
+        100.0, description="Queues and waiting count, and vehicles may be driven, within [m]."
+    )
+    decision_zone: PositiveFloat = Field(30.0, description="RVs decide Go or Stop within [m].")
+    speed_cap: PositiveFloat | None = Field(
+        None, description="No vehicle drives faster [m/s]; leave out for none."
+    )
+
+    @model_validator(mode="after")
+    def _zones_nest(self) -> Self:
+        if self.decision_zone > self.control_zone:
+            raise ValueError(
+                f"decision_zone ({self.decision_zone:g} m) must not exceed "
+                f"control_zone ({self.control_zone:g} m)"
+            )
+        return self
