@@ -16,12 +16,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, make_output_format
 
 from benchmark.learning import weights as files
-from benchmark.learning.folder import Folder, replaced
+from benchmark.learning.folder import Folder
 from benchmark.learning.rollout import Played
 from benchmark.learning.run import bar
 from benchmark.learning.settings import Options, Validation
 from benchmark.learning.weights import Arrays
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import replaced
 
 
 class Score(NamedTuple):

@@ -2,12 +2,10 @@
 
 import hashlib
 import json
-import os
 import platform
 import sys
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -18,6 +16,7 @@ import benchmark
 from benchmark.control import code
 from benchmark.learning.settings import Options
 from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.files import replaced, writing
 
 PACKAGES = (
     "eclipse-sumo",
@@ -68,13 +67,9 @@ class Folder:
                 f"{self.path}: holds a training run; continue it with --resume, or give "
                 "another --out"
             )
-        try:
+        with writing(self.path, "there", remedy="give another --out"):
             self.path.mkdir(parents=True, exist_ok=True)
             self.note()
-        except OSError as error:
-            raise UsageError(
-                f"{self.path}: cannot write there: {error.strerror}; give another --out"
-            ) from error
 
     def _continue(self, manifest: Path) -> None:
         if not _is_finished(manifest) and not (manifest.is_file() and self.checkpoint.is_file()):
@@ -123,17 +118,6 @@ def _difference(before: object, now: object) -> str:
             if before.get(key) != now.get(key):
                 return f"{key}: {_difference(before.get(key), now.get(key))}"
     return f"{before} there, {now} now"
-
-
-@contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """A file to be written beside the one it takes the place of, all or nothing."""
-    beside = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
-        yield beside
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _code_hash(settings: BaseModel) -> str:

@@ -1,9 +1,7 @@
 """Episodes -> the pictures of a film -> GIF or MP4."""
 
 import math
-import os
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -11,6 +9,7 @@ from typing import Any
 
 from benchmark.pictures.replay.trajectories import Trajectories
 from benchmark.plumbing.errors import TrajectoryError, UsageError
+from benchmark.plumbing.files import replaced, writing
 
 KINDS = (".gif", ".mp4")
 SPEED = 4.0  # seconds of the episode in one of the film
@@ -101,19 +100,10 @@ def write(kept: Sequence[Trajectories], path: Path, part: Range) -> None:
         )
     pictures = _pictures(kept, part.moments(RATES[kind]), SIZES[kind])
     write_kind = _write_gif if kind == ".gif" else _write_mp4
-    beside = path.with_name(f"{path.stem}.{os.getpid()}{kind}")
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with styled():
-            write_kind(pictures, beside)
-        beside.replace(path)
-    except OSError as error:
-        raise UsageError(
-            f"{path}: cannot write: {error.strerror or error}; choose another file"
-        ) from error
-    finally:
-        with suppress(OSError):
-            beside.unlink(missing_ok=True)
+        with replaced(path) as draft, styled():
+            write_kind(pictures, draft)
 
 
 def _pictures(
