@@ -1,12 +1,14 @@
 """Fixtures of the whole suite."""
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from factories.processes import PATIENCE
 from factories.scenarios import ROOT
 from hypothesis import settings
 
@@ -14,6 +16,13 @@ pytest_plugins = ["browser"]  # fixtures: pages in Chromium
 
 settings.register_profile("suite", deadline=None, derandomize=True)
 settings.load_profile("suite")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _ctrl_c() -> None:
+    """Processes that tests start hear Ctrl-C, even where this one was started not to."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -32,7 +41,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the wheel and the source distribution."""
     folder = tmp_path_factory.mktemp("dist")
     whole = [sys.executable, "-m", "hatchling", "build", "-d", str(folder)]
-    done = subprocess.run(whole, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(whole, cwd=ROOT, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     return folder
 

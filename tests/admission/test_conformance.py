@@ -9,7 +9,13 @@ import pytest
 from factories.scenarios import smoke
 from plugins import install
 
-from benchmark.admission.conformance import Result, cases, check_controller, elsewhere, watching
+from benchmark.admission.conformance import (
+    Result,
+    check_controller,
+    conformance_cases,
+    elsewhere,
+    watching,
+)
 from benchmark.admission.conformance.checks import CHECKS, ONCE
 from benchmark.admission.conformance.elsewhere import Outcome, Task
 from benchmark.control import plugins
@@ -166,10 +172,10 @@ def test_a_crash_or_a_hang_costs_the_checks_and_not_the_kit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(install(tmp_path))
-    monkeypatch.setattr(elsewhere, "TIME_LIMIT", 2.0)
     found = failures(check_controller("hostile:Crashes", BOTH[:1]))
     assert list(found) == ["runs"]
     assert found["runs"].startswith("at 0 % RVs: its process died (-")
+    monkeypatch.setattr(elsewhere, "TIME_LIMIT", 2.0)
     results = check_controller("hostile:Hangs", BOTH[:1])
     assert failures(results)["runs"].startswith("at 0 % RVs: the episode was not done after")
     assert {one.status for one in results if one.check == "forgets"} == {"skipped"}
@@ -182,12 +188,12 @@ def test_a_crash_or_a_hang_costs_the_checks_and_not_the_kit(
 def test_cases_are_told_apart_by_id_and_fail_or_skip_with_the_reason() -> None:
     from plugins import unruly
 
-    found = {str(case): case for case in cases(unruly.FourOnly, BOTH)}
-    assert len(found) == len(cases(unruly.FourOnly, BOTH)) == len(ONCE) + 2 * 8
+    found = {str(case): case for case in conformance_cases(unruly.FourOnly, BOTH)}
+    assert len(found) == len(conformance_cases(unruly.FourOnly, BOTH)) == len(ONCE) + 2 * 8
     found["forgets-smoke/crossing"].verify()
     with pytest.raises(pytest.skip.Exception, match="it needs 4 approaches"):
         found["forgets-smoke/tee"].verify()
-    bad = {str(case): case for case in cases(unruly.Nameless, BOTH)}
+    bad = {str(case): case for case in conformance_cases(unruly.Nameless, BOTH)}
     with pytest.raises(AssertionError, match="the class has no docstring"):
         bad["declares"].verify()
 
@@ -201,4 +207,4 @@ def test_misuse_is_refused() -> None:
     with pytest.raises(ControllerError, match='did you mean "first-come"'):
         check_controller("frst-come")
     with pytest.raises(ScenarioError, match='did you mean "smoke/tee"'):
-        cases("first-come", ["smoke/te"])
+        conformance_cases("first-come", ["smoke/te"])

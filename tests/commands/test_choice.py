@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from factories.processes import PATIENCE
 from factories.suites import written
 
 
@@ -14,7 +15,7 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     program = Path(sys.executable).parent / "rightofway"
     whole = [program, "run", *arguments]
     return subprocess.run(
-        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=60
+        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=PATIENCE
     )
 
 

@@ -15,6 +15,7 @@ from xml.etree import ElementTree as Xml
 import pytest
 import tomli_w
 from factories.comparisons import BASE, MADE, scaled
+from factories.processes import PATIENCE
 from factories.records import runs
 from factories.scenarios import SCENARIOS, smoke
 from plugins import install
@@ -61,7 +62,7 @@ class Project:
             env=os.environ | fixed | variables,
             capture_output=True,
             text=True,
-            timeout=100,
+            timeout=PATIENCE,
         )
 
     def regress(self, *more: str, **variables: str) -> tuple[int, dict[tuple[str, str], Any], str]:
@@ -327,7 +328,7 @@ def test_ctrl_c_leaves_the_reference_and_ends_in_exit_code_130(
     (tmp_path / "smoke.toml").write_text(tomli_w.dumps(suite))
     hashes = {"scenario": "smoke/tee", "scenario_hash": smoke("tee").hash}
     records = runs(BASE, controller="traffic-light", rate=None, **hashes)
-    reference.write(tmp_path / "ref", records, MADE)
+    reference.write_reference(tmp_path / "ref", records, MADE)
     before = held(tmp_path / "ref")
     code, out, err = call(line)
     assert (code, out) == (130, "")

@@ -17,6 +17,7 @@ from typing import Any
 
 import psutil
 import pytest
+from factories.processes import PATIENCE
 from plugins import install
 
 COMMAND = str(Path(sys.executable).parent / "rightofway")
@@ -57,7 +58,7 @@ def started(
 def run(out: Path, *arguments: str, before: str = "", path: Path = Path()) -> tuple[int, str]:
     """Run the command to its end; its exit code and what it said."""
     with started(out, *arguments, before=before, path=path) as process:
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=PATIENCE)
         return process.returncode, said
 
 
@@ -78,7 +79,7 @@ def figures(out: Path) -> list[str]:
 
 def until(ready: Callable[[], bool], process: subprocess.Popen[str]) -> None:
     """Wait for something that the command is to do."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE
     while not ready():
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
@@ -149,7 +150,7 @@ def test_the_command_killed_again_and_again_ends_with_each_record_once(
             orphans += psutil.Process(process.pid).children(recursive=True)
             process.send_signal(signal.SIGKILL)  # the parent alone
             process.wait()
-            assert not psutil.wait_procs(orphans, timeout=10)[1]
+            assert not psutil.wait_procs(orphans, timeout=PATIENCE)[1]
     held = len(lines(tmp_path))
     assert 20 <= held < EPISODES
     code, said = run(tmp_path, *STUDY)
@@ -213,7 +214,7 @@ def test_a_full_disk_stops_with_a_message_and_the_command_goes_on_later(
     with started(tmp_path, *STUDY) as process:
         until(lambda: bool(lines(tmp_path)), process)
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (room, room))
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode == 2
     assert said.count("error:") == 1
     assert "cannot append a record: File too large" in said
@@ -254,7 +255,7 @@ def test_ctrl_c_lets_running_episodes_finish_and_says_how_to_go_on(
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to the workers too
         said = heard(process, "finishing the running episodes; Ctrl-C again stops at once")
         os.kill(int(marker.read_text()), signal.SIGKILL)  # its second try does not hang
-        said += process.communicate(timeout=60)[1]
+        said += process.communicate(timeout=PATIENCE)[1]
         assert process.returncode == 130
     done = records(out)
     assert 1 <= len(done) < 12
@@ -274,7 +275,7 @@ def test_a_second_ctrl_c_stops_at_once(tmp_path: Path, hostile: Path) -> None:
         os.killpg(process.pid, signal.SIGINT)
         said = heard(process, "finishing the running episodes")
         os.killpg(process.pid, signal.SIGINT)
-        said += process.communicate(timeout=30)[1]
+        said += process.communicate(timeout=PATIENCE)[1]
         assert process.returncode == 130
     assert f"stopped; 1 of 2 records are in {tmp_path}/records; the same command goes on" in said
     assert "Traceback" not in said

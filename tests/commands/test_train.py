@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from factories.processes import PATIENCE
 from factories.scenarios import smoke
 from safetensors.numpy import load_file
 
@@ -51,7 +52,7 @@ def started(out: Path, *arguments: str, name: str = "wang") -> subprocess.Popen[
 def train(out: Path, *arguments: str, name: str = "wang") -> tuple[int, str]:
     """Run the command; its exit code and what it said."""
     process = started(out, *arguments, name=name)
-    _, said = process.communicate(timeout=120)
+    _, said = process.communicate(timeout=PATIENCE)
     return process.returncode, said
 
 
@@ -112,7 +113,7 @@ def test_a_run_that_was_interrupted_goes_on_exactly_where_it_stopped(
     process = started(tmp_path / "run", *TINY)
     wait_for(process, tmp_path / "run", 1)
     os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=60)
+    _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert "stopping after this round" in said
     assert "continue with --resume" in said
@@ -133,7 +134,7 @@ def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint(
     process = started(out, *TINY)
     wait_for(process, out, 3)
     os.killpg(process.pid, signal.SIGKILL)
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE)
     assert (out / "checkpoint.pt").exists()
     assert train(out, *TINY, "--resume")[0] == 0
     assert manifest(out)["digest"] == manifest(finished)["digest"]
@@ -172,7 +173,7 @@ def test_a_second_interrupt_stops_at_once(tmp_path: Path) -> None:
     os.killpg(process.pid, signal.SIGINT)
     said = heard(process, "stopping after this round")
     os.killpg(process.pid, signal.SIGINT)
-    said += process.communicate(timeout=60)[1]
+    said += process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 130
     assert "continue with --resume" not in said  # as it says where the round was finished
     assert "Traceback" not in said
@@ -302,7 +303,6 @@ def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path:
         *("validation.rounds=100", "validation.seeds=1", "validation.rates=[1.0]"),
     )
     changes = [part for change in settings for part in ("--set", change)]
-    began = time.monotonic()
     code, said = train(
         tmp_path / "run",
         "--scenario",
@@ -314,7 +314,6 @@ def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path:
         *changes,
     )
     assert code == 0, said
-    assert time.monotonic() - began < 60
     policy = Greedy(load_file(tmp_path / "run" / "weights.safetensors"))
     scenario = smoke("crossing").with_demand(3.5)
     differences = []

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from factories.processes import PATIENCE
 from factories.scenarios import smoke
 from plugins import install
 
@@ -19,10 +20,11 @@ from benchmark.plumbing.errors import ControllerError
 from benchmark.plumbing.files import cache_folder
 from benchmark.records.record import Record
 from benchmark.study.episode import Episode, run
-from benchmark.study.episodes import run_all
+from benchmark.study.pool import LocalPool
 from benchmark.sumo import demand, network
 
-QUICK = Limits(step=0.5, start=1.2)  # s; for those who exceed them
+QUICK = Limits(step=2.0)  # s; for those who never answer
+STARTS = Limits(start=5.0)  # s; for those who never begin
 ROOMY = Limits(step=20.0, memory=320)
 
 needs_seccomp = pytest.mark.skipif(not seccomp.available(), reason="no seccomp filter here")
@@ -50,7 +52,7 @@ def attack(deed: str, limits: Limits = ROOMY, isolate: bool = True) -> Record:
     before = set(psutil.Process().children(recursive=True))
     record = run(Episode(smoke("tee"), f"villain?deed={deed}", 0.5, 1, isolate, limits))
     left = set(psutil.Process().children(recursive=True)) - before
-    assert not psutil.wait_procs(left, timeout=2)[1]
+    assert not psutil.wait_procs(left, timeout=PATIENCE)[1]
     return record
 
 
@@ -65,15 +67,19 @@ def figures(record: Record) -> tuple[object, object]:
 @pytest.mark.parametrize(
     ("deed", "reason"),
     [
-        ("loop", "act at 3 s: no answer within 0.5 s"),
-        ("loop-deaf", "act at 3 s: no answer within 0.5 s"),
-        ("trickle", "act at 3 s: no answer within 0.5 s"),
-        ("loop-in-reset", "reset: no answer within 1.2 s"),
+        ("loop", "act at 3 s: no answer within 2 s"),
+        ("loop-deaf", "act at 3 s: no answer within 2 s"),
+        ("trickle", "act at 3 s: no answer within 2 s"),
     ],
 )
 def test_who_does_not_answer_in_time_is_timed_out(deed: str, reason: str) -> None:
     record = attack(deed, QUICK)
     assert (record.status, record.reason) == ("timed out", reason)
+
+
+def test_who_never_begins_is_timed_out() -> None:
+    record = attack("sleep-in-reset", STARTS)
+    assert (record.status, record.reason) == ("timed out", "reset: no answer within 5 s")
 
 
 def test_a_sum_of_slow_answers_is_timed_out_too() -> None:
@@ -163,15 +169,15 @@ def test_it_finds_no_secrets_and_nothing_of_ours_open() -> None:
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
-        ("loops-on-import", 'import of "loops-on-import": no answer within 1.2 s'),
+        ("sleeps-on-import", 'import of "sleeps-on-import": no answer within 5 s'),
         ("exits-hard-on-import", "the controller's process exited with code 5"),
         ("villain?deer=1", "unknown key"),
     ],
 )
 def test_who_fails_on_import_is_refused_before_anything_runs(name: str, reason: str) -> None:
     with pytest.raises(ControllerError, match=reason):
-        declared(name, QUICK)
-    record = run(Episode(smoke("tee"), name, 0.5, 1, True, QUICK))
+        declared(name, STARTS)
+    record = run(Episode(smoke("tee"), name, 0.5, 1, True, STARTS))
     assert record.status in ("failed", "timed out", "crashed")
     assert reason in str(record.reason)
 
@@ -229,7 +235,8 @@ def test_a_suite_with_villains_completes_and_leaves_nothing(
         for limits in (QUICK if deed == "loop" else ROOMY,)
         for seed in (1, 2)
     ]
-    found = {(one.controller, one.seed): one.status for one in run_all(chosen, workers=2)}
+    records = [record for _, record in LocalPool(2).run(chosen)]
+    found = {(record.controller, record.seed): record.status for record in records}
     assert found == {
         (f"villain?deed={deed}", seed): status
         for deed, status in expected.items()
@@ -241,7 +248,7 @@ def test_a_suite_with_villains_completes_and_leaves_nothing(
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere it ends when it next answers")
 def test_it_dies_with_its_runner(site: Path) -> None:
     code = (
-        "import sys; sys.path[:0] = sys.argv[1:]; from factories import smoke; "
+        "import sys; sys.path[:0] = sys.argv[1:]; from factories.scenarios import smoke; "
         "from benchmark.study.episode import Episode, run; "
         "from benchmark.control.isolation.limits import Limits;"
         "run(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, Limits(step=60.0)))"
@@ -249,10 +256,10 @@ def test_it_dies_with_its_runner(site: Path) -> None:
     here = str(Path(__file__).parents[1])
     with psutil.Popen([sys.executable, "-c", code, str(site), here, str(Path.cwd())]) as runner:
         children: list[psutil.Process] = []
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + PATIENCE
         while not any(one.cpu_times().user > 0.4 for one in children):  # it loops by now
             assert time.monotonic() < deadline
             time.sleep(0.05)
             children = runner.children(recursive=True)
         runner.kill()
-    assert not psutil.wait_procs(children, timeout=5)[1]
+    assert not psutil.wait_procs(children, timeout=PATIENCE)[1]

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 DASK_WORKER = "from distributed.cli.dask_worker import main; main()"
-PATIENCE = 60.0  # s for what takes a second where nothing else runs
+PATIENCE = 300.0  # s for what takes a second where nothing else runs
 
 
 def kill(pid: int) -> None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from factories.processes import PATIENCE
 from typer.main import get_command
 
 from benchmark.commands.app import app
@@ -56,7 +57,7 @@ class Shell:
             env=self.environment,
             capture_output=True,
             text=True,
-            timeout=120,
+            timeout=PATIENCE,
         )
         assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
         self.said[line] = done.stdout

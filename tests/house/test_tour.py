@@ -6,6 +6,7 @@ from typing import Any
 
 import nbformat
 import pytest
+from factories.processes import PATIENCE
 from factories.records import record
 from nbclient import NotebookClient
 
@@ -21,7 +22,10 @@ def test_the_tour_runs_in_ten_cells_and_shows_everything(tmp_path: Path) -> None
     assert len(tour.cells) == 10
     assert not any(cell.get("outputs") for cell in tour.cells)  # kept small: run it to see them
     client = NotebookClient(
-        tour, timeout=120, resources={"metadata": {"path": str(tmp_path)}}, kernel_name="python3"
+        tour,
+        timeout=PATIENCE,
+        resources={"metadata": {"path": str(tmp_path)}},
+        kernel_name="python3",
     )
     loop = asyncio.new_event_loop()
     loop.run_until_complete(client.async_execute())

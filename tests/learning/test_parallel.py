@@ -190,12 +190,10 @@ def test_whoever_comes_as_the_episode_ends_is_no_agent(
 
 
 def test_the_package_itself_needs_no_training_extras() -> None:
-    heavy = "{'gymnasium', 'pettingzoo', 'torch', 'stable_baselines3'}"
-    code = (
-        "import sys, benchmark.learning, benchmark.commands.app; "
-        f"assert not {heavy} & set(sys.modules)"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    code = "import sys, benchmark.learning, benchmark.commands.app; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
+    assert "benchmark.learning" in loaded.split()
+    assert not {"gymnasium", "pettingzoo", "torch", "stable_baselines3"} & set(loaded.split())
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from factories.processes import PATIENCE
 from factories.scenarios import smoke
 from safetensors.numpy import save_file
 
@@ -94,7 +95,7 @@ def test_damaged_notes_are_refused_like_damaged_data(
     content = file.read_bytes()
     assert content.count(whole) == 1
     file.write_bytes(content.replace(whole, damaged))
-    refusal(file)
+    assert "the notes in the file are damaged" in refusal(file)
 
 
 def test_weights_without_our_notes_are_refused(tmp_path: Path) -> None:
@@ -169,7 +170,7 @@ def test_the_command_says_once_that_its_weights_are_damaged(tmp_path: Path) -> N
         env={**os.environ, "PYTHONPATH": str(tmp_path)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
     )
     said = " ".join(done.stderr.split())
     assert done.returncode == 1, said  # an episode failed

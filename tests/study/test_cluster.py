@@ -167,11 +167,11 @@ from benchmark.control.controller import Controller
 
 class Assassin(Controller):
     def reset(self, intersection, seed):
-        pass
+        self.parent = os.getppid()
 
     def act(self, state):
-        os.kill(os.getppid(), signal.SIGKILL)
-        return {}
+        os.kill(self.parent, signal.SIGKILL)
+        os._exit(1)  # or it would go on, as the child of whoever takes it in
 """
 
 

@@ -31,8 +31,8 @@ class Villain(Controller):
         self.deed = deed
 
     def reset(self, intersection: Intersection, seed: int) -> None:
-        if self.deed == "loop-in-reset":
-            loop()
+        if self.deed == "sleep-in-reset":
+            sleep()
         if self.deed == "exit-hard-in-reset":
             os._exit(4)
 
@@ -50,6 +50,11 @@ class Villain(Controller):
 def loop(state: object = None) -> None:
     while True:
         pass
+
+
+def sleep() -> None:
+    while True:
+        time.sleep(1)
 
 
 def loop_deaf(state: object) -> None:
@@ -319,7 +324,7 @@ DEEDS: dict[str, Callable[[Any], Any]] = {
 
 def __getattr__(name: str) -> Any:
     if name == "Endless":
-        loop()
+        sleep()
     if name == "Gone":
         os._exit(5)
     raise AttributeError(name)
