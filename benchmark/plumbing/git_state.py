@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,15 +27,24 @@ def git_state(folder: Path, besides: Path) -> GitState | None:
     Raises:
         UsageError: git refuses to say.
     """
-    top = _git(folder, "rev-parse", "--show-toplevel")
-    if top is None:
+    told = _git(folder, "rev-parse", "--show-toplevel", "--revs-only", "HEAD")
+    if told is None:
         return None
-    own = besides.resolve().is_relative_to(Path(top.rstrip("\n")).resolve())
-    paths = ("--", ":(top)", *([f":(exclude,literal){besides.resolve()}"] if own else []))
-    listed = _git(
-        folder, "status", "--porcelain=v2", "--branch", "--untracked-files=normal", "-z", *paths
-    )
-    return _parse(listed or "")
+    top, _, commit = told.rstrip("\n").partition("\n")
+    paths = ["--", ":(top)"]
+    if besides.resolve().is_relative_to(Path(top).resolve()):
+        paths.append(f":(exclude,literal){besides.resolve()}")
+    listed = _git(folder, "status", "--porcelain", "-unormal", "-z", *paths) or ""
+    return GitState(commit or None, tuple(_files(iter(listed.split("\0")))))
+
+
+def _files(entries: Iterator[str]) -> Iterator[str]:
+    """The files of ``git status --porcelain -z``: each stands behind two letters and a space."""
+    for entry in entries:
+        if entry:
+            yield entry[3:]
+        if "R" in entry[:2]:
+            next(entries)  # the name it had
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
@@ -54,23 +64,3 @@ def _git(folder: Path, *arguments: str) -> str | None:
     if "not a git repository" in words:
         return None
     raise UsageError(f"git {arguments[0]}: {words.strip()}; mend it, or go on with --allow-dirty")
-
-
-def _parse(listed: str) -> GitState:
-    """Read ``git status --porcelain=v2 --branch -z``."""
-    commit, files = None, []
-    entries = iter(listed.split("\0"))
-    for entry in entries:
-        if entry.startswith("# branch.oid "):
-            oid = entry.removeprefix("# branch.oid ")
-            commit = None if oid == "(initial)" else oid
-        elif entry.startswith("? "):
-            files.append(entry[2:])
-        elif entry.startswith("1 "):
-            files.append(entry.split(" ", 8)[8])
-        elif entry.startswith("2 "):
-            files.append(entry.split(" ", 9)[9])
-            next(entries)  # the name it had
-        elif entry.startswith("u "):
-            files.append(entry.split(" ", 10)[10])
-    return GitState(commit, tuple(files))

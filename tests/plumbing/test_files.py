@@ -35,12 +35,17 @@ def test_a_folder_takes_the_place_of_another_with_all_that_it_holds(tmp_path: Pa
     assert list(tmp_path.iterdir()) == [target]
 
 
+def broken_off(target: Path) -> None:
+    with files.replaced(target) as draft:
+        fill(draft, "new")
+        raise KeyboardInterrupt
+
+
 def test_what_breaks_off_leaves_the_old_one_and_nothing_else(tmp_path: Path) -> None:
     target = tmp_path / "made"
     fill(target, "old")
-    with pytest.raises(KeyboardInterrupt), files.replaced(target) as draft:
-        fill(draft, "new")
-        raise KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        broken_off(target)
     assert (target / "a.txt").read_text() == "old"
     assert list(tmp_path.iterdir()) == [target]
 
@@ -96,6 +101,7 @@ def test_a_refusal_names_path_reason_and_remedy(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match="file/logs: cannot write action logs: Not a directory; "):
         files.prepare_folder(tmp_path / "file" / "logs", "action logs")
-    with pytest.raises(UsageError, match="no/a.txt: cannot write: No such file or directory$"):
-        with files.writing(tmp_path / "no" / "a.txt", remedy=""):
-            (tmp_path / "no" / "a.txt").touch()
+    gone = tmp_path / "no" / "a.txt"
+    words = r"no/a\.txt: cannot write: No such file or directory$"
+    with pytest.raises(UsageError, match=words), files.writing(gone, remedy=""):
+        gone.touch()
