@@ -1,42 +1,41 @@
-"""The command ``rightofway``: parses, calls, prints. Heavy imports wait inside the commands."""
+"""The command ``rightofway``: gathers the subcommands; a user's mistake is one message."""
 
-import json
-import os
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from baselines.paper.command import paper
 from benchmark import __version__
 from benchmark.commands import console
 from benchmark.commands.check import check
-from benchmark.commands.choice import LARGEST_SEED
 from benchmark.commands.figures import draw_figures
-from benchmark.commands.leaderboard import capacity, compact, leaderboard
+from benchmark.commands.leaderboard import leaderboard
+from benchmark.commands.list import list_installed
 from benchmark.commands.new import new
+from benchmark.commands.plugins import Commands
+from benchmark.commands.records import compact, show_capacity
 from benchmark.commands.reference import app as reference
 from benchmark.commands.regress import regress
 from benchmark.commands.replay import replay
 from benchmark.commands.run import run
+from benchmark.commands.schema import schema
+from benchmark.commands.show import show
+from benchmark.commands.signal import signal
 from benchmark.commands.site import serve, site
 from benchmark.commands.submission import submit, verify
 from benchmark.commands.train import train
-from benchmark.plumbing.errors import RightOfWayError, UsageError
+from benchmark.commands.watch import watch
+from benchmark.plumbing.errors import RightOfWayError
 
 app = typer.Typer(
     name="rightofway",
+    cls=Commands,
     help="Benchmark suite for mixed-traffic control at intersections.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-OneScenario = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="A file or a shipped name, such as 334.")
-]
 
 
 def main() -> None:
@@ -86,92 +85,16 @@ def _root(
     pass
 
 
-@app.command("list")
-def list_() -> None:
-    """List the shipped scenarios and suites and the installed controllers."""
-    from rich.table import Table
-
-    from benchmark.control import plugins
-    from benchmark.plumbing.errors import ControllerError
-    from benchmark.scenario import catalogue, scenario
-    from benchmark.study import suite
-
-    scenarios = Table("scenario", "title", box=None)
-    for name, path in catalogue.shipped().items():
-        scenarios.add_row(name, console.literal(scenario.load(path).title))
-    suites = Table("suite", "scenarios", "controllers", box=None)
-    for column in suites.columns:
-        column.overflow = "fold"  # references can be copied whole
-    for name, path in suite.shipped().items():
-        declared = suite.load(path)
-        suites.add_row(
-            name, *(", ".join(words) for words in (declared.scenarios, declared.controllers))
-        )
-    controllers = Table("controller", "rules", "description", "options", box=None)
-    for name in plugins.discovered():
-        try:
-            kind = plugins.load(name)
-        except ControllerError as error:
-            controllers.add_row(name, "broken", console.literal(str(error)))
-        else:
-            words = plugins.description(kind), ", ".join(plugins.options(kind))
-            controllers.add_row(name, kind.rules, *map(console.literal, words))
-    for table in (scenarios, suites, controllers):
-        console.stdout().print(table)
-
-
+app.command("list")(list_installed)
 app.command()(check)
-
-
-@app.command()
-def show(
-    scenario: OneScenario,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG or SVG; default: SCENARIO.png here.")
-    ] = None,
-) -> None:
-    """Draw an intersection: lanes, turns, zones, volumes and the signal program."""
-    from benchmark.pictures.sheet import whole
-    from benchmark.scenario import catalogue
-
-    one = catalogue.one(scenario)
-    target = output or Path(f"{one.name.replace('/', '-')}.png")
-    whole.draw(one, target)
-    typer.echo(str(target))
-
-
-@app.command()
-def signal(scenario: OneScenario) -> None:
-    """Propose a signal program from the turning counts, by Webster's method.
-
-    Without one a scenario takes it as it is: >> my.toml.
-    """
-    import tomli_w
-
-    from benchmark.scenario import catalogue
-    from benchmark.sumo import network, webster
-
-    one = catalogue.one(scenario)
-    if one.signal is not None:
-        console.notice(f"{one.name}: has a signal program; take it out before you append this one")
-    roads = network.build(one)
-    proposed = webster.propose(one, roads)
-    intersection = next(iter(roads.junctions.values())).intersection
-    degrees = webster.degrees_of_saturation(one, intersection, proposed)
-    worst = max(degrees, key=degrees.__getitem__)
-    typer.echo(f"# {one.name}: cycle {proposed.cycle:g} s, Webster's method on the peak counts")
-    typer.echo(f"# highest degree of saturation: {worst} {degrees[worst]:.2f}")
-    document = proposed.model_dump(mode="json", exclude_defaults=True)
-    typer.echo(tomli_w.dumps({"signal": {"kind": proposed.kind, **document}}), nl=False)
-
-
+app.command()(show)
+app.command()(signal)
 app.add_typer(new)
 app.command()(run)
 app.command()(leaderboard)
 app.command("figures")(draw_figures)
 app.command()(compact)
-app.command()(capacity)
-app.command()(paper)
+app.command("capacity")(show_capacity)
 app.command()(site)
 app.command()(serve)
 app.command()(regress)
@@ -179,39 +102,9 @@ app.add_typer(reference)
 app.command()(replay)
 app.command()(submit)
 app.command()(verify)
-
-
-@app.command()
-def watch(
-    scenario: OneScenario,
-    controller: Annotated[str, typer.Option(help="NAME or file.py:Class; NAME?option=value.")],
-    rate: Annotated[float, typer.Option(min=0, max=1, help="Penetration rate.")] = 0.5,
-    seed: Annotated[int, typer.Option(min=0, max=LARGEST_SEED)] = 1,
-) -> None:
-    """Watch an episode in sumo-gui; needs a screen."""
-    from benchmark.scenario import catalogue
-    from benchmark.study import episode
-
-    one = catalogue.one(scenario)
-    if sys.platform == "linux" and not (
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    ):
-        raise UsageError("watch needs a screen, and neither DISPLAY nor WAYLAND_DISPLAY is set")
-    record = episode.run(episode.Episode(one, controller, rate, seed), window=True)
-    typer.echo(f"{record.status}{f': {record.reason}' if record.reason else ''}")
-    if record.status not in ("ok", "skipped"):
-        raise typer.Exit(1)
-
-
+app.command()(watch)
 app.command()(train)
-
-
-@app.command()
-def schema() -> None:
-    """Print the JSON Schema of scenario files, for editors."""
-    from benchmark.scenario.scenario import json_schema
-
-    typer.echo(json.dumps(json_schema(), indent=2))
+app.command()(schema)
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def _check_scenarios(references: Sequence[str]) -> None:
     from benchmark.scenario import catalogue
     from benchmark.sumo.inspection import inspect
 
-    for scenario in catalogue.find(references):
+    for scenario in catalogue.find_scenarios(references):
         inspection = inspect(scenario)
         hashes = f"{scenario.hash[:12]}, network {inspection.network_hash[:12]}"
         table = Table(*COLUMNS, title=f"{scenario.name} {hashes}", title_justify="left")

@@ -1,4 +1,4 @@
-"""The episodes that a command's options ask for."""
+"""The episodes and the suite that a command's options name; slips deserve words of their own."""
 
 import re
 from collections.abc import Sequence
@@ -11,77 +11,68 @@ from benchmark.plumbing.errors import ScenarioError, UsageError
 
 if TYPE_CHECKING:
     from benchmark.study.episode import Episode
+    from benchmark.study.suite import Suite
 
-LARGEST_SEED = 2**31 - 1  # of SUMO
 PAPER = "colorado-springs"
 
 
 def choose(
-    references: Sequence[str],
-    controllers: Sequence[str],
-    rates: Sequence[float],
+    references: Sequence[str] | None,
+    controllers: Sequence[str] | None,
+    rates: Sequence[float] | None,
     seeds: Sequence[int],
     isolate: bool | None = None,
     limits: Limits = DEFAULT,
 ) -> "list[Episode]":
-    """The episodes that were asked for; what was left open is the suite's, or the default."""
-    from benchmark.scenario import catalogue
-    from benchmark.study import episodes
-    from benchmark.study import suite as suite_file
+    """As ``benchmark.study.episodes.choose_episodes``; without scenarios, the paper's.
 
-    declared = suite_file.find(references)
-    if declared is None:
-        try:
-            scenarios = catalogue.find(references, also=suite_file.shipped())
-        except ScenarioError:
-            _name_slips(references)
-            raise
-        controllers = controllers or _usable_controllers(isolate, limits)
-    else:
-        scenarios = declared.load_scenarios()
-        controllers = controllers or declared.checked_controllers(isolate, limits)
-        rates = rates or declared.rates or ()
-        seeds = seeds or range(1, (declared.seeds or 0) + 1)
-    once = dict.fromkeys
-    return episodes.episodes(
-        scenarios,
-        list(once(controllers)),
-        list(once(rates)) or None,
-        list(once(seeds)) or None,
-        isolate=isolate,
-        limits=limits,
-    )
+    Raises:
+        UsageError: values of an option stand where scenarios do.
+    """
+    from benchmark.study.episodes import choose_episodes
+
+    references = references or [PAPER]
+    try:
+        return choose_episodes(
+            references,
+            controllers or (),
+            rates or (),
+            seeds,
+            isolate=isolate,
+            limits=limits,
+            notice=console.notice,
+        )
+    except ScenarioError:
+        _name_slips(references)
+        raise
 
 
 def _name_slips(references: Sequence[str]) -> None:
-    """Values of an option that stand where scenarios do deserve words of their own.
+    from benchmark.control import plugins
+
+    for word in references:
+        if Path(word).exists():
+            continue
+        if word.partition("?")[0] in plugins.discovered():
+            raise UsageError(f'"{word}" is a controller, not a scenario')
+        if re.fullmatch(r"[01]?\.\d+|[01]", word):
+            raise UsageError(f'"{word}" is a rate, not a scenario; give each as --rate {word}')
+
+
+def suite_named(name: str) -> "Suite":
+    """The suite of that name, or in that file.
 
     Raises:
-        UsageError: there is one.
+        UsageError: there is none.
+        SuiteError: it is not valid.
     """
-    from benchmark.control import plugins
+    from benchmark.plumbing.messages import nearest
+    from benchmark.study.suite import find_suite, load_suite, shipped_suites
 
-    for one in references:
-        if Path(one).exists():
-            continue
-        if one.partition("?")[0] in plugins.discovered():
-            raise UsageError(f'"{one}" is a controller, not a scenario')
-        if re.fullmatch(r"[01]?\.\d+|[01]", one):
-            raise UsageError(f'"{one}" is a rate, not a scenario; give each as --rate {one}')
-
-
-def _usable_controllers(isolate: bool | None, limits: Limits) -> list[str]:
-    """All installed controllers but those that cannot be loaded, which are named."""
-    from benchmark.control import plugins
-    from benchmark.control.isolation.remote import look
-    from benchmark.plumbing.errors import ControllerError
-
-    usable = []
-    for name in plugins.discovered():
-        try:
-            look(name, isolate, limits)
-        except ControllerError as error:
-            console.notice(f"{error}; left out")
-        else:
-            usable.append(name)
-    return usable
+    if (suite := find_suite([name])) is not None:
+        return suite
+    if Path(name).is_file():
+        return load_suite(Path(name))  # says what is wrong with it
+    raise UsageError(
+        f'--suite "{name}": neither a file nor shipped{nearest(name, shipped_suites())}'
+    )

@@ -29,31 +29,30 @@ def report(results: Results, out: Path, time_limit: float) -> None:
     for episode, outcome in results:
         if outcome.status != "ok":
             kinds.setdefault((episode.label, replace(outcome, refusals=())), []).append(episode)
-    for (controller, outcome), members in kinds.items():
-        told = f"{controller}: {len(members)} {outcome.status}"
+    for (controller, outcome), episodes in kinds.items():
+        count = f"{controller}: {len(episodes)} {outcome.status}"
         if outcome.is_failure:
-            commands = "".join(f"\n    {command(one, out, time_limit)}" for one in members)
-            console.notice(f"{told}: {outcome.reason or ''}{commands}")
+            commands = [command_of(episode, out, time_limit) for episode in episodes]
+            lines = "".join(f"\n    {command}" for command in commands)
+            console.notice(f"{count}: {outcome.reason or ''}{lines}")
         else:
-            one = members[0]
-            console.notice(
-                f"{told}, such as {reference.place(one.scenario.name, one.rate, one.seed)}: "
-                f"{outcome.reason or ''}"
-            )
+            first = episodes[0]
+            place = reference.place(first.scenario.name, first.rate, first.seed)
+            console.notice(f"{count}, such as {place}: {outcome.reason or ''}")
     refusals = Counter(
         reason.rpartition(" (")[0] for _, outcome in results for reason in outcome.refusals
     )
-    for kind, episodes in refusals.items():
-        console.notice(f"{kind} (in {episodes} of {len(results)} episodes)")
+    for kind, count_of_kind in refusals.items():
+        console.notice(f"{kind} (in {count_of_kind} of {len(results)} episodes)")
 
 
-def command(episode: "Episode", out: Path, time_limit: float) -> str:
+def command_of(episode: "Episode", out: Path, time_limit: float) -> str:
     """What a user types to run an episode once more, alone."""
     from benchmark.control.isolation.limits import DEFAULT
     from benchmark.scenario import catalogue
     from benchmark.study import outcome
 
-    words = ["rightofway", "run", catalogue.reference(episode.scenario)]
+    words = ["rightofway", "run", catalogue.reference_of(episode.scenario)]
     words += ["--controller", episode.controller]
     if episode.rate is not None:
         words += ["--rate", str(episode.rate)]

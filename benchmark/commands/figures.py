@@ -6,14 +6,13 @@ from typing import Annotated
 import typer
 
 from benchmark.commands import console
+from benchmark.commands.options import Records
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import UsageError
 
 
 def draw_figures(
-    records: Annotated[
-        Path, typer.Option("--records", help="Results folder, or its records folder.")
-    ] = Path("out"),
+    records: Records = Path("out"),
     out: Annotated[
         Path | None, typer.Option(help="Folder for the figures; default: figures in the results.")
     ] = None,
@@ -25,7 +24,7 @@ def draw_figures(
         list[str] | None, typer.Option(help="Repeatable; default: the first eight of them.")
     ] = None,
     controller: Annotated[
-        list[str] | None, typer.Option(help="Repeatable; default: up to five without options.")
+        list[str] | None, typer.Option(help="Repeatable; default: the five that wait least.")
     ] = None,
     rate: Annotated[
         list[float] | None, typer.Option(help="Repeatable; default: all that were run.")
@@ -45,15 +44,14 @@ def draw_figures(
     from benchmark.reports.plots import training as curves
     from benchmark.reports.plots.data import Data, Wish
 
-    chosen = next((one for one in style.FORMATS if one == form), None)
-    if chosen is None:
+    file_format = next((known for known in style.FORMATS if known == form), None)
+    if file_format is None:
         raise UsageError(f'--format "{form}": expected {", ".join(style.FORMATS)}')
     for name in only or ():
         if name not in gallery.NAMES:
             raise UsageError(f'--only "{name}": no such figure{nearest(name, gallery.NAMES)}')
-    logs = curves.logs(training or [])
-    folder = records.parent if records.name == "records" else records
-    store = Store(folder, notice=console.notice)
+    logs = curves.training_logs(training or [])
+    store = Store(records, notice=console.notice)
     wish = Wish(scenario or (), controller or (), rate or (), at)
     data = Data(store.table(), store.records_of, wish)
     for thing, count, asked in (
@@ -62,17 +60,17 @@ def draw_figures(
     ):
         if count and not asked:
             console.notice(f"{count} more {thing}s are left out; --{thing} chooses")
-    target = out or folder / "figures"
+    target = out or records / "figures"
     with files.writing(target):
         target.mkdir(parents=True, exist_ok=True)
     written = []
-    for kind, path in gallery.write(data, logs, target, chosen, only or ()):
+    for kind, path in gallery.write_figures(data, logs, target, file_format, only or ()):
         if path is None:
             console.notice(f"{kind.name}: nothing to draw; {kind.lacks}")
         else:
             written.append((kind, path))
             typer.echo(str(path))
     if not written:
-        raise UsageError(f"{folder}: nothing to draw")
+        raise UsageError(f"{records}: nothing to draw")
     if not only:
-        gallery.write_page(data, written, target)
+        gallery.write_gallery(data, written, target)

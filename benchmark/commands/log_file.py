@@ -51,7 +51,7 @@ class _Lines(logging.Formatter):
     """A line of JSON: time, level, where it is from, what happened, and its facts."""
 
     def format(self, record: logging.LogRecord) -> str:
-        said = {
+        line = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
             "logger": record.name,
@@ -59,5 +59,5 @@ class _Lines(logging.Formatter):
             **getattr(record, "facts", {}),
         }
         if record.exc_info:
-            said["exception"] = self.formatException(record.exc_info)
-        return json.dumps(said, default=str)
+            line["exception"] = self.formatException(record.exc_info)
+        return json.dumps(line, default=str)

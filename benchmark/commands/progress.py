@@ -1,7 +1,7 @@
-"""Shows how far a suite is while its episodes run."""
+"""Shows how far a study is while its episodes run."""
 
-from collections.abc import Generator, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -10,26 +10,25 @@ from benchmark.commands import console
 if TYPE_CHECKING:
     from benchmark.records.record import Record
     from benchmark.study.episode import Episode
-    from benchmark.study.episodes import Executor
-
-Running = Generator[tuple["Episode", "Record"], None, None]
 
 
-def run(
-    executor: "Executor", episodes: "Sequence[Episode]", times: Sequence[float] | None = None
-) -> Running:
-    """As ``Executor.run``, with a line on standard error; close it to stop at once.
+@contextmanager
+def progress_bar(
+    episodes: "Sequence[Episode]", times: Sequence[float] | None = None
+) -> "Iterator[Callable[[Episode, Record], None]]":
+    """A line on standard error; what it yields is called with each episode that ended.
 
     Args:
-        executor: who runs them.
         episodes: what is to be run.
         times: how long each will take [s], by which the time left is told; None: all as long.
     """
+    if not episodes:
+        yield lambda episode, record: None
+        return
     from rich import progress
 
-    if not episodes:
-        return
-    weights = dict(zip((one.key for one in episodes), times or [1.0] * len(episodes), strict=True))
+    times = times or [1.0] * len(episodes)
+    weights = {episode.key: time for episode, time in zip(episodes, times, strict=True)}
     columns = (
         progress.TextColumn("{task.fields[done]}/{task.fields[all]} episodes"),
         progress.TextColumn("{task.fields[failed]} failed"),
@@ -41,14 +40,14 @@ def run(
         progress.TimeRemainingColumn(),
     )
     began, done, failed = monotonic(), 0, 0
-    with (
-        progress.Progress(*columns, console=console.stderr()) as bar,
-        closing(executor.run(episodes)) as running,
-    ):
+    with progress.Progress(*columns, console=console.stderr()) as bar:
         total = sum(weights.values())
         task = bar.add_task("", total=total, all=len(episodes), done=0, failed=0, rate=0.0)
-        for episode, record in running:
-            yield episode, record
+
+        def advance(episode: "Episode", record: "Record") -> None:
+            nonlocal done, failed
             done, failed = done + 1, failed + record.is_failure
             rate = done / (monotonic() - began)
             bar.update(task, advance=weights[episode.key], done=done, failed=failed, rate=rate)
+
+        yield advance

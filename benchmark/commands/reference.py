@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, failures, progress, suites
+from benchmark.commands import console, failures
+from benchmark.commands.choice import suite_named
+from benchmark.commands.options import Workers
+from benchmark.commands.progress import progress_bar
 from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
@@ -36,9 +39,7 @@ def _root() -> None:  # with a callback, a single command keeps its name
 def update(
     suite: Annotated[str, typer.Option(help="A suite's file or shipped name.")] = "regression",
     out: Annotated[Path, typer.Option(help="The reference's folder.")] = Path("results/reference"),
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
-    ] = None,
+    workers: Workers = None,
     allow_dirty: Annotated[
         bool, typer.Option("--allow-dirty", help="Also where something is not committed.")
     ] = False,
@@ -49,24 +50,29 @@ def update(
     """Run a suite and make its records the reference; the old one stays until all is done."""
     from benchmark.plumbing.processes import cores
     from benchmark.records import reference
-    from benchmark.study import episodes as runner
     from benchmark.study import outcome
+    from benchmark.study.episodes import build_ahead, episodes_of
     from benchmark.study.pool import LocalPool
 
-    declared = suites.find(suite)
-    chosen = suites.episodes_of(declared)
+    declared = suite_named(suite)
+    episodes = episodes_of(declared)
     reference.check_target(out)
     state = _git_state(out, allow_dirty)
-    runner.prepare(chosen)
+    build_ahead(episodes)
     results: list[tuple[Episode, Record]] = []
     try:
-        with closing(progress.run(LocalPool(workers or cores()), chosen)) as running:
-            results += running
+        with (
+            progress_bar(episodes) as advance,
+            closing(LocalPool(workers or cores()).run(episodes)) as running,
+        ):
+            for episode, record in running:
+                results.append((episode, record))
+                advance(episode, record)
     except KeyboardInterrupt:
         console.notice(f"stopped; {out} is as it was")
         raise
-    told = [(one, outcome.Outcome.of(record)) for one, record in results]
-    failures.report(told, Path("out"), outcome.TIME_LIMIT)
+    outcomes = [(episode, outcome.Outcome.of(record)) for episode, record in results]
+    failures.report(outcomes, Path("out"), outcome.TIME_LIMIT)
     records = [record for _, record in results]
     failed = sum(record.is_failure for record in records)
     if failed and not allow_failures:
@@ -75,7 +81,7 @@ def update(
             f"given from now on; nothing was written. --allow-failures writes to {out} all the same"
         )
         raise typer.Exit(1)
-    reference.write(out, records, _provenance(suite, declared, records, state))
+    reference.write_reference(out, records, _provenance(suite, declared, records, state))
     typer.echo(f"{out}: {len(records)} records")
 
 
@@ -114,13 +120,13 @@ def _provenance(
 
     git = Git(commit=state.commit, dirty=bool(state.uncommitted)) if state else None
     return Provenance(
-        made=provenance.now(),
+        made=provenance.utc_now(),
         command=shlex.join(["rightofway", *sys.argv[1:]]),
         suite=name,
         suite_hash=provenance.hash_of(declared),
         episodes=len(records),
         records_hash="",  # of what is written, which is not yet
         platform=provenance.this_platform(),
-        versions=provenance.versions(records[0].versions),
+        versions=provenance.versions_behind(records[0].versions),
         git=git,
     )

@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, progress, suites
+from benchmark.commands import console
+from benchmark.commands.choice import suite_named
+from benchmark.commands.options import Workers, results_folder
+from benchmark.commands.progress import progress_bar
 from benchmark.plumbing import files as output_files
 from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.records.measures import Column
+    from benchmark.records.measures import Measure
     from benchmark.records.provenance import Provenance
     from benchmark.records.record import Record
-    from benchmark.records.regression import Comparison
+    from benchmark.records.regression import RegressionCheck
     from benchmark.scenario.scenario import Scenario
     from benchmark.study.suite import Suite
 
@@ -45,9 +48,7 @@ def regress(
     controller: Annotated[
         list[str] | None, typer.Option(help="Repeatable; compare only these controllers.")
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
-    ] = None,
+    workers: Workers = None,
     out: Annotated[Path | None, typer.Option(help="Keep the new records in this folder.")] = None,
     records: Annotated[
         Path | None, typer.Option(help="Run nothing; compare the records of this results folder.")
@@ -65,10 +66,10 @@ def regress(
 
     if records is not None and (out or workers or scenario):
         raise UsageError("--records runs nothing; leave out --out, --workers and --scenario")
-    share, columns = parse_limit(limit), _columns(metric or [])
-    held = references.read(reference, console.notice)
-    declared = None if suite is None else suites.find(suite)
-    wanted = _chosen(held.records, controller or [], declared)
+    share, measures = parse_limit(limit), _measures(metric or [])
+    old = references.read_reference(reference, console.notice)
+    declared = None if suite is None else suite_named(suite)
+    wanted = _chosen(old.records, controller or [], declared)
     summary = os.environ.get(SUMMARY)
     reports = _Reports(markdown, junit, json_file, Path(summary) if summary else None)
     reports.prepare()
@@ -77,14 +78,14 @@ def regress(
         new = _read(records)
     else:
         new, reasons = _run_again(wanted, _scenarios(scenario or [], declared), workers, out)
-    comparison = regression.compare(wanted, new, share, columns, reasons)
-    _show(comparison, wanted, new)
-    reports.write(comparison, held.provenance)
-    if comparison.exit_code == 2:
+    check = regression.compare(wanted, new, share, measures, reasons)
+    _show(check, wanted, new)
+    reports.write(check, old.provenance)
+    if check.exit_code == 2:
         raise UsageError(
             "nothing to compare: no episode of the reference met a counterpart with figures"
         )
-    raise typer.Exit(comparison.exit_code)
+    raise typer.Exit(check.exit_code)
 
 
 def parse_limit(text: str) -> float:
@@ -108,48 +109,49 @@ def parse_limit(text: str) -> float:
     return share
 
 
-def _columns(names: Sequence[str]) -> "list[Column]":
+def _measures(names: Sequence[str]) -> "list[Measure]":
     from benchmark.plumbing.messages import nearest
-    from benchmark.records.measures import COLUMNS, HEADLINE
+    from benchmark.records.measures import BY_KEY, HEADLINE
 
-    known = {column.key: column for column in COLUMNS}
     for name in names:
-        if name not in known:
-            raise UsageError(f'--metric "{name}": unknown{nearest(name, known)}')
-    return [known[name] for name in dict.fromkeys(names)] or [HEADLINE]
+        if name not in BY_KEY:
+            raise UsageError(f'--metric "{name}": unknown{nearest(name, BY_KEY)}')
+    return [BY_KEY[name] for name in dict.fromkeys(names)] or [HEADLINE]
 
 
 def _chosen(
-    held: "Sequence[Record]", controllers: Sequence[str], declared: "Suite | None"
+    records: "Sequence[Record]", controllers: Sequence[str], declared: "Suite | None"
 ) -> "list[Record]":
     """The reference's records that were asked for."""
     from benchmark.plumbing.messages import nearest
 
-    known = sorted({record.controller for record in held})
+    known = sorted({record.controller for record in records})
     for name in controllers:
         if name not in known:
             raise UsageError(
                 f'--controller "{name}": the reference has no such{nearest(name, known)}'
             )
-    chosen = [one for one in held if not controllers or one.controller in controllers]
+    chosen = [record for record in records if not controllers or record.controller in controllers]
     return chosen if declared is None else _of_suite(chosen, declared)
 
 
-def _of_suite(held: "Sequence[Record]", declared: "Suite") -> "list[Record]":
+def _of_suite(records: "Sequence[Record]", declared: "Suite") -> "list[Record]":
     """The records of a suite's episodes; a scenario counts by its name or its content."""
+    from benchmark.study.episodes import episodes_of
+
     asked = {
-        (scenario, one.controller, one.rate, one.seed): index
-        for index, one in enumerate(suites.episodes_of(declared))
-        for scenario in (one.scenario.name, one.scenario.hash)
+        (scenario, episode.controller, episode.rate, episode.seed): index
+        for index, episode in enumerate(episodes_of(declared))
+        for scenario in (episode.scenario.name, episode.scenario.hash)
     }
     chosen, met = [], set()
-    for record in held:
+    for record in records:
         rest = (record.controller, record.rate, record.seed)
         keys = ((record.scenario_hash, *rest), (record.scenario, *rest))
-        if found := [asked[key] for key in keys if key in asked]:
+        if indices := [asked[key] for key in keys if key in asked]:
             chosen.append(record)
-            met.update(found)
-    if left := len(held) - len(chosen):
+            met.update(indices)
+    if left := len(records) - len(chosen):
         console.notice(f"{left} records of the reference are left out; the suite does not ask")
     if new := len({*asked.values()} - met):
         console.notice(f"{new} episodes of the suite have no reference, and are not compared")
@@ -159,14 +161,13 @@ def _of_suite(held: "Sequence[Record]", declared: "Suite") -> "list[Record]":
 def _scenarios(references: Sequence[str], declared: "Suite | None") -> "list[Scenario]":
     from benchmark.scenario import catalogue
 
-    return [*catalogue.find(references), *(declared.load_scenarios() if declared else ())]
+    return [*catalogue.find_scenarios(references), *(declared.load_scenarios() if declared else ())]
 
 
 def _read(folder: Path) -> "list[Record]":
     from benchmark.records.store import Store
 
-    folder = folder.parent if folder.name == "records" else folder
-    return Store(folder, notice=console.notice).read()
+    return Store(results_folder(folder), notice=console.notice).read()
 
 
 def _run_again(
@@ -175,33 +176,37 @@ def _run_again(
     """The new records, and why some scenarios have none."""
     from benchmark.plumbing.processes import cores
     from benchmark.records.store import Store
-    from benchmark.study import episodes, repeats
+    from benchmark.study.episodes import build_ahead
     from benchmark.study.pool import LocalPool
+    from benchmark.study.repeats import repeats_of
 
-    planned = repeats.plan(wanted, given)
+    repeats = repeats_of(wanted, given)
     store = None if out is None else Store(out, notice=console.notice)
     new: list[Record] = []
     try:
         with ExitStack() as stack:
             if store is not None:
                 stack.enter_context(store.writing())
-            episodes.prepare(planned.episodes)
-            running = progress.run(LocalPool(workers or cores()), planned.episodes)
-            for _, record in stack.enter_context(closing(running)):
+            build_ahead(repeats.episodes)
+            advance = stack.enter_context(progress_bar(repeats.episodes))
+            running = LocalPool(workers or cores()).run(repeats.episodes)
+            for episode, record in stack.enter_context(closing(running)):
                 new.append(record)
                 if store is not None:
                     store.append(record)
+                advance(episode, record)
     except KeyboardInterrupt:
-        console.notice(f"stopped after {len(new)} of {len(planned.episodes)} episodes, no verdict")
+        console.notice(f"stopped after {len(new)} of {len(repeats.episodes)} episodes, no verdict")
         raise
-    return new, planned.incomparable
+    return new, repeats.incomparable
 
 
-def _show(comparison: "Comparison", wanted: "Sequence[Record]", new: "Sequence[Record]") -> None:
+def _show(check: "RegressionCheck", wanted: "Sequence[Record]", new: "Sequence[Record]") -> None:
     """Print everything, the outcome last."""
-    from benchmark.reports.regression import terminal, words
+    from benchmark.reports.regression import phrases, terminal
 
-    before, now = ({one.versions.sumo for one in held} for held in (wanted, new))
+    before = {record.versions.sumo for record in wanted}
+    now = {record.versions.sumo for record in new}
     if now and before != now:
         console.notice(
             f"the reference was made with SUMO {' and '.join(sorted(before))}, the new records "
@@ -210,12 +215,12 @@ def _show(comparison: "Comparison", wanted: "Sequence[Record]", new: "Sequence[R
     screen = console.stdout()
     if not screen.is_terminal and "COLUMNS" not in os.environ:
         screen.width = LOG_WIDTH
-    for table in terminal.tables(comparison, screen.width):
+    for table in terminal.regression_tables(check, screen.width):
         screen.print(table)
         screen.print()
-    for remark in words.remarks(comparison.rows):
+    for remark in phrases.remark_lines(check.findings):
         console.notice(remark)
-    screen.print(words.headline(comparison), soft_wrap=True)
+    screen.print(phrases.outcome_sentence(check), soft_wrap=True)
 
 
 @dataclass(frozen=True)
@@ -229,17 +234,17 @@ class _Reports:
 
     def prepare(self) -> None:
         files = (self.markdown, self.junit, self.json, self.summary)
-        output_files.prepare(one for one in files if one is not None)
+        output_files.prepare(path for path in files if path is not None)
 
-    def write(self, comparison: "Comparison", made: "Provenance | None") -> None:
+    def write(self, check: "RegressionCheck", made: "Provenance | None") -> None:
         from benchmark.reports.regression import document, junit, markdown
 
-        text = markdown.markdown(comparison, made.words() if made else "")
+        text = markdown.regression_markdown(check, made.words() if made else "")
         if self.markdown:
             output_files.write(self.markdown, text)
         if self.summary:
             output_files.append(self.summary, text)
         if self.junit:
-            output_files.write(self.junit, junit.junit(comparison))
+            output_files.write(self.junit, junit.junit_xml(check))
         if self.json:
-            output_files.write(self.json, document.as_json(comparison, made))
+            output_files.write(self.json, document.regression_json(check, made))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.commands.choice import LARGEST_SEED
+from benchmark.commands.options import LARGEST_SEED, Workers
 from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
@@ -59,9 +59,7 @@ def replay(
     speed: Annotated[
         float, typer.Option(min=0.1, max=100, help="Seconds of the episode in one of the film.")
     ] = 4.0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
-    ] = None,
+    workers: Workers = None,
 ) -> None:
     """Write a page that plays an episode, or score the commands of action logs again.
 
@@ -75,29 +73,29 @@ def replay(
         if output is None and not (gif or mp4):
             output = PAGE
         _prepare(output, films)
-        found = _watched(source, controller, rate or [RATE], SEED if seed is None else seed)
-        _write(found, output, films, begin, end, speed)
+        shown = _watched(source, controller, rate or [RATE], SEED if seed is None else seed)
+        _write(shown, output, films, begin, end, speed)
         return
     if rate or seed is not None:
         raise UsageError("--rate and --seed go with a scenario; name who drives with --controller")
     _prepare(output, films)
     wanted = output is not None or gif is not None or mp4 is not None
-    same, shown = _scored([Path(one) for one in source], workers, wanted=wanted)
-    if shown is not None:
-        _write(shown, output, films, begin, end, speed)
+    same, rescored = _scored(list(map(Path, source)), workers, wanted=wanted)
+    if rescored is not None:
+        _write(rescored, output, films, begin, end, speed)
     if not same:
         raise typer.Exit(1)
 
 
 def _prepare(output: Path | None, films: dict[str, Path | None]) -> None:
     """Make sure that what is asked for can be written, before anything is run."""
-    from benchmark.pictures.replay.film import film
+    from benchmark.pictures.replay import film
     from benchmark.plumbing import files
 
     for option, path in films.items():
         if path is not None and film.check_kind(path) != f".{option[2:]}":
             raise UsageError(f"{path}: {option} writes another kind; end its name in .{option[2:]}")
-    files.prepare(one for one in (output, *films.values()) if one is not None)
+    files.prepare(path for path in (output, *films.values()) if path is not None)
 
 
 def _watched(
@@ -107,18 +105,15 @@ def _watched(
     from benchmark.pictures.replay.replay import Replay
     from benchmark.plumbing.errors import TrajectoryError
     from benchmark.scenario import catalogue
-    from benchmark.study import episodes as suite
+    from benchmark.study.episodes import all_episodes, build_ahead
 
     if len(source) > 1:
         raise UsageError(f"one scenario at a time, not {len(source)}: {', '.join(source)}")
-    once = dict.fromkeys
-    chosen = suite.episodes(
-        [catalogue.one(source[0])], list(once(controllers)), list(once(rates)), [seed]
-    )
-    page.check_together([one.record("ok") for one in chosen])
-    suite.prepare(chosen)
+    episodes = all_episodes([catalogue.find_scenario(source[0])], controllers, rates, [seed])
+    page.check_together([episode.record("ok") for episode in episodes])
+    build_ahead(episodes)
     try:
-        return Replay.of(*chosen)
+        return Replay.of(*episodes)
     except TrajectoryError as error:
         console.notice(str(error))
         raise typer.Exit(1) from error
@@ -130,22 +125,23 @@ def _scored(
     """Whether all logs come out as they were, and what is to be shown of them."""
     from benchmark.plumbing.processes import cores
     from benchmark.study import action_log, rescoring
-    from benchmark.study import episodes as suite
+    from benchmark.study.episodes import build_ahead
+    from benchmark.study.pool import LocalPool
 
     logs = {path: action_log.read(_log(path)) for path in dict.fromkeys(paths)}
     for log in logs.values():
         rescoring.check_scenario(log)
     episodes = [rescoring.LoggedEpisode.of(log) for log in logs.values()]
-    suite.prepare(episodes)
-    found: dict[object, Record]
+    build_ahead(episodes)
+    again: dict[object, Record]
     shown = None
     if wanted:
-        found, shown = _recorded(episodes)
+        again, shown = _recorded(episodes)
     else:
-        again = suite.run_all(episodes, workers or cores(), work=rescoring.score)
-        found = {record.episode: record for record in again}
-    told = [_tell(log, found[log.record.episode]) for log in logs.values()]
-    return all(told), shown
+        running = LocalPool(workers or cores(), work=rescoring.score).run(episodes)
+        again = {record.episode: record for _, record in running}
+    same = [_tell(log, again[log.record.episode]) for log in logs.values()]
+    return all(same), shown
 
 
 def _log(path: Path) -> Path:
@@ -156,7 +152,7 @@ def _log(path: Path) -> Path:
     if path.is_file() and path.suffix != ".toml":
         return path
     with suppress(ScenarioError):
-        catalogue.one(str(path))
+        catalogue.find_scenario(str(path))
         raise UsageError(f"{path}: a scenario; name who drives with --controller")
     return path
 
@@ -170,16 +166,16 @@ def _recorded(
     from benchmark.pictures.replay.replay import Replay
     from benchmark.study import rescoring
 
-    page.check_together([one.record("ok") for one in episodes])
-    found: dict[object, Record] = {}
-    kept = []
-    for one in episodes:
+    page.check_together([episode.record("ok") for episode in episodes])
+    records: dict[object, Record] = {}
+    trajectories = []
+    for episode in episodes:
         recorder = Recorder()
-        record = rescoring.score(one, recorder)
-        found[record.episode] = record
+        record = rescoring.score(episode, recorder)
+        records[record.episode] = record
         if record.status == "ok":
-            kept.append(recorder.trajectories(record))
-    return found, Replay(kept) if kept else None
+            trajectories.append(recorder.trajectories(record))
+    return records, Replay(trajectories) if trajectories else None
 
 
 def _write(

@@ -1,20 +1,19 @@
 """The command ``rightofway run``."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from benchmark.commands import console, failures, log_file, where
-from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
-from benchmark.commands.leaderboard import print_leaderboard, write_leaderboard
+from benchmark.commands.choice import choose
+from benchmark.commands.leaderboard import print_leaderboard
+from benchmark.commands.options import LARGEST_SEED, Workers
+from benchmark.commands.progress import progress_bar
 from benchmark.control.isolation.limits import Limits
 from benchmark.plumbing.errors import UsageError
-from benchmark.study import study
 
-if TYPE_CHECKING:
-    from benchmark.study.episode import Episode
+GO_ON = "the same command goes on from there"
 
 Scenarios = Annotated[
     list[str] | None,
@@ -45,9 +44,7 @@ def run(
     seed: Annotated[
         list[int] | None, typer.Option(min=0, max=LARGEST_SEED, help="Repeatable; this seed.")
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
-    ] = None,
+    workers: Workers = None,
     out: Annotated[Path, typer.Option(help="Folder for records and leaderboard.")] = Path("out"),
     log_actions: Annotated[
         bool,
@@ -103,54 +100,46 @@ def run(
 
     What the folder holds already is not run again.
     """
-    from benchmark.pictures.replay import replay
-    from benchmark.records import leaderboard
-    from benchmark.records.store import Store
-    from benchmark.study import action_log
+    from benchmark.study.study import run_study
 
     if seeds and seed:
         raise UsageError("--seeds and --seed exclude each other; give one of them")
-    store = Store(out, notice=console.notice)
-    chosen = choose(
-        scenario or [PAPER],
-        controller or [],
-        rate or [],
+    episodes = choose(
+        scenario,
+        controller,
+        rate,
         seed or range(1, (seeds or 0) + 1),
         isolate,
         Limits(step_limit, start_limit, answers_limit, memory_limit),
     )
-    _say_what_isolation_lacks(chosen)
-    actions = action_log.folder_in(out) if log_actions else None
-    pages = replay.folder_in(out) if record_trajectories else None
+    beside = where.beside(out, actions=log_actions, pages=record_trajectories)
     executor = where.executor(
         workers,
         time_limit,
-        actions,
-        pages,
+        beside,
         scheduler=scheduler,
         scheduler_file=scheduler_file,
         cluster=cluster,
     )
-    with log_file.following(log), store.writing():
-        done = study.run(chosen, executor, store, force=force, actions=actions, pages=pages)
-        if not done.interrupted:
-            rows = leaderboard.of(store.table())
-            write_leaderboard(rows, out)
-            print_leaderboard(rows)
-            typer.echo(f"all figures: {out / 'LEADERBOARD.md'}")
-    failures.report(done.results, out, time_limit)
-    if done.interrupted:
-        console.notice(done.words(len(chosen), store.records_folder, force=force))
+    with log_file.following(log):
+        study = run_study(
+            episodes,
+            out,
+            force=force,
+            executor=executor,
+            keepsakes=beside.keepsakes,
+            notice=console.notice,
+            progress=progress_bar,
+        )
+    if not study.interrupted:
+        print_leaderboard(study.rows)
+        typer.echo(f"all figures: {out / 'LEADERBOARD.md'}")
+    failures.report(study.results, out, time_limit)
+    if study.interrupted:
+        console.notice(
+            f"stopped; {len(study.results)} of {len(episodes)} records are in {out / 'records'}; "
+            + ("without --force the same command runs only what has no record" if force else GO_ON)
+        )
         raise KeyboardInterrupt
-    if any(one.is_failure for _, one in done.results):
+    if any(outcome.is_failure for _, outcome in study.results):
         raise typer.Exit(1)
-
-
-def _say_what_isolation_lacks(chosen: "Sequence[Episode]") -> None:
-    """Name what an isolated controller can do on this system all the same."""
-    from benchmark.control.isolation import sandbox
-    from benchmark.control.isolation.remote import isolated
-
-    if any(isolated(one.controller, one.isolate) for one in chosen):
-        for deed in sandbox.missing():
-            console.notice(f"on this system isolated controllers can {deed}")

@@ -16,7 +16,7 @@ def signal(scenario: OneScenario) -> None:
     from benchmark.scenario import catalogue
     from benchmark.sumo import network, webster
 
-    timed = catalogue.one(scenario)
+    timed = catalogue.find_scenario(scenario)
     if timed.signal is not None:
         console.notice(
             f"{timed.name}: has a signal program; take it out before you append this one"

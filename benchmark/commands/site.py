@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
+from benchmark.commands.options import Records
 from benchmark.plumbing.errors import RightOfWayError, ScenarioError, UsageError
 
 if TYPE_CHECKING:
@@ -17,9 +18,7 @@ HIGHEST_PORT = 65535
 
 
 def site(
-    records: Annotated[
-        Path, typer.Option("--records", help="Results folder, or its records folder.")
-    ] = Path("out"),
+    records: Records = Path("out"),
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pages.")] = Path(
         "site"
     ),
@@ -34,13 +33,12 @@ def site(
     from benchmark.reports.site import build, replays
     from benchmark.reports.site.contents import Contents
 
-    folder = records.parent if records.name == "records" else records
     build.check_target(output)
-    held = _read(folder)
-    files = _files(held, scenario or ())
+    read = _read(records)
+    files = _files(read, scenario or ())
     drawings = _drawings(files)
-    contents = Contents.of(held, files, drawings, replays.find(folder))
-    count = build.build(contents, output)
+    contents = Contents.of(read, files, drawings, replays.replays_in(records))
+    count = build.build_site(contents, output)
     typer.echo(f"{output / 'index.html'}: {count} pages from {len(contents.records)} records")
 
 
@@ -51,9 +49,9 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=HIGHEST_PORT, help="0: any free one.")] = 8000,
 ) -> None:
     """Show a site on this machine, and on this machine only."""
-    from benchmark.reports.site.server import server
+    from benchmark.reports.site.server import site_server
 
-    with server(folder, port) as running:
+    with site_server(folder, port) as running:
         typer.echo(f"http://127.0.0.1:{running.server_port}/ (Ctrl-C ends it)")
         try:
             running.serve_forever()
@@ -80,30 +78,30 @@ def _files(records: "Iterable[Record]", given: Iterable[str]) -> "Mapping[str, S
     """The scenarios of records by hash, as far as their files are at hand and unchanged."""
     from benchmark.scenario import catalogue
 
-    found = {one.hash: one for one in catalogue.find(given)}
+    at_hand = {scenario.hash: scenario for scenario in catalogue.find_scenarios(given)}
     wanted = sorted({(record.scenario, record.scenario_hash) for record in records})
     for name, scenario_hash in wanted:
-        if scenario_hash in found:
+        if scenario_hash in at_hand:
             continue
         try:
-            candidates = catalogue.find([name])
+            candidates = catalogue.find_scenarios([name])
         except ScenarioError:
             continue  # its page says that the file is not at hand
-        found |= {one.hash: one for one in candidates if one.name == name}
-    return {one: found[one] for _, one in wanted if one in found}
+        at_hand |= {scenario.hash: scenario for scenario in candidates if scenario.name == name}
+    return {known: at_hand[known] for _, known in wanted if known in at_hand}
 
 
 def _drawings(files: "Mapping[str, Scenario]") -> dict[str, dict[str, str]]:
     """Plans and turning counts as SVG, where SUMO can build the network."""
-    found = {}
+    drawings = {}
     for scenario_hash, scenario in files.items():
         try:
             from benchmark.pictures.sheet import whole
 
-            found[scenario_hash] = whole.panels(scenario)
+            drawings[scenario_hash] = whole.panels(scenario)
         except ImportError as error:  # of SUMO's packages, which come in only when it is run
             console.notice(f"no drawings, as they need SUMO: {error}")
             break
         except RightOfWayError as error:
             console.notice(f"{scenario.name}: no drawing: {error}")
-    return found
+    return drawings

@@ -2,26 +2,22 @@
 
 import tempfile
 from contextlib import nullcontext
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from benchmark.commands import console, suites
-from benchmark.commands.choice import LARGEST_SEED, PAPER, choose
+from benchmark.commands import console, where
+from benchmark.commands.choice import choose, suite_named
+from benchmark.commands.options import LARGEST_SEED, Workers
+from benchmark.commands.progress import progress_bar
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import UsageError
-from benchmark.study import study
 
 if TYPE_CHECKING:
     from benchmark.admission.submission.verifying import Verification
 
 COLOURS = {"ok": "green", "noted": "yellow", "failed": "red", "not checked": "yellow"}
-
-Workers = Annotated[
-    int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
-]
 
 
 def submit(
@@ -62,8 +58,8 @@ def submit(
     from benchmark.admission.submission import making
     from benchmark.plumbing.processes import cores
     from benchmark.records.store import Store
-    from benchmark.study import action_log, rescoring
     from benchmark.study.pool import LocalPool
+    from benchmark.study.study import run_missing
 
     if scenario and suite:
         raise UsageError("--scenario and --suite exclude each other; give one of them")
@@ -73,23 +69,27 @@ def submit(
     if subject.includes_code and (left := subject.code.left_out):
         console.notice(f"{len(left)} files of its package are left out, such as {left[0]}")
     if suite:
-        suites.find(suite)  # says what is wrong with it
-    references = [suite] if suite else scenario or [PAPER]
-    chosen = choose(references, [name], rate or [], range(1, (seeds or 0) + 1))
+        suite_named(suite)  # says what is wrong with it
+    episodes = choose([suite] if suite else scenario, [name], rate, range(1, (seeds or 0) + 1))
     with tempfile.TemporaryDirectory(prefix="rightofway-submission-") as place:
         results = Path(place)
         store = Store(results, notice=console.notice)
-        actions = action_log.folder_in(results)
-        work = partial(rescoring.run_logged, folder=actions)
-        executor = LocalPool(workers or cores(), work=work)
+        beside = where.beside(results, actions=True, pages=False)
         with store.writing():
-            done = study.run(chosen, executor, store, actions=actions)
-        if done.interrupted:
+            study = run_missing(
+                episodes,
+                LocalPool(workers or cores(), work=beside.work),
+                store,
+                keepsakes=beside.keepsakes,
+                notice=console.notice,
+                progress=progress_bar,
+            )
+        if study.interrupted:
             console.notice(f"stopped; {output} is not written")
             raise KeyboardInterrupt
         records = store.read()
         making.write(output, subject, results, records)
-    if bad := [one for one in records if one.status != "ok"]:
+    if bad := [record for record in records if record.status != "ok"]:
         such = f"{bad[0].scenario}: {bad[0].status}: {bad[0].reason}"
         console.notice(f"{len(bad)} of {len(records)} episodes did not end well, such as {such}")
     typer.echo(f"{output}: {len(records)} episodes, {output.stat().st_size} bytes")
@@ -138,35 +138,36 @@ def verify(
     store = Store(out, notice=console.notice) if out else None
     wishes = verifying.Wishes(fresh, fresh_seed or (), run_code, workers or cores())
     with store.writing() if store else nullcontext():
-        found = verifying.verify(bundle, wishes)
-        _show(bundle, found)
-        if found.objections:
+        verification = verifying.verify(bundle, wishes)
+        _show(bundle, verification)
+        if verification.objections:
             raise typer.Exit(1)
         if store:
-            held = {one.line() for one in store.records_of({one.scenario for one in found.records})}
-            new = [one for one in found.records if one.line() not in held]
+            scenarios = {record.scenario for record in verification.records}
+            there = {record.line() for record in store.records_of(scenarios)}
+            new = [record for record in verification.records if record.line() not in there]
             for record in new:
                 store.append(record)
             typer.echo(f"{len(new)} records appended to {store.records_folder}")
 
 
-def _show(bundle: Path, found: "Verification") -> None:
+def _show(bundle: Path, verification: "Verification") -> None:
     from rich.table import Table
 
-    said = found.manifest
-    for line in (
-        f"{bundle}: {said.name} ({said.code.source}) by {', '.join(said.authors)}, {said.licence}",
-        said.description,
-        *([f"paper: {said.paper}"] if said.paper else []),
-    ):
+    manifest = verification.manifest
+    whose = f"{manifest.name} ({manifest.code.source}) by {', '.join(manifest.authors)}"
+    lines = [f"{bundle}: {whose}, {manifest.licence}", manifest.description]
+    if manifest.paper:
+        lines.append(f"paper: {manifest.paper}")
+    for line in lines:
         console.stdout().print(console.literal(" ".join(line.split())), soft_wrap=True)
     table = Table("check", "verdict", "what was found", box=None)
-    for check in found.checks:
+    for check in verification.checks:
         table.add_row(
             check.name,
             f"[{COLOURS[check.verdict]}]{check.verdict}[/]",
             console.literal(" ".join(check.words.split())),
         )
     console.stdout().print(table)
-    names = ", ".join(check.name for check in found.objections)
+    names = ", ".join(check.name for check in verification.objections)
     typer.echo(f"not accepted: {names}" if names else "accepted")

@@ -1,6 +1,7 @@
 """Where a suite's episodes run: in processes of this machine, or on a cluster."""
 
 import logging
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -10,8 +11,9 @@ from benchmark.commands import console
 from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
-    from benchmark.study.episodes import Executor
+    from benchmark.study.executor import Executor
     from benchmark.study.outcome import Work
+    from benchmark.study.resume import Keepsake
 
 
 class Started(StrEnum):
@@ -20,11 +22,50 @@ class Started(StrEnum):
     LOCAL = "local"
 
 
+@dataclass(frozen=True)
+class Beside:
+    """What is written beside the records of a results folder."""
+
+    keepsakes: "tuple[Keepsake, ...]"
+    work: "Work"
+    """Runs an episode and writes it."""
+
+    options: tuple[str, ...]
+    """By which it was asked for."""
+
+
+def beside(out: Path, *, actions: bool, pages: bool) -> Beside:
+    """What is to be written beside the records of a results folder.
+
+    Args:
+        out: the results folder.
+        actions: whether action logs are wanted.
+        pages: whether replays are.
+    """
+    from benchmark.study import action_log, episode, rescoring
+    from benchmark.study.resume import Keepsake, action_logs
+
+    work: Work = episode.run
+    keepsakes: tuple[Keepsake, ...] = ()
+    options: tuple[str, ...] = ()
+    logs = action_log.folder_in(out) if actions else None
+    if logs is not None:
+        work = partial(rescoring.run_logged, folder=logs)
+        keepsakes, options = (action_logs(logs),), ("--log-actions",)
+    if pages:
+        from benchmark.pictures.replay import replay
+
+        folder = replay.folder_in(out)
+        work = partial(replay.run_recorded, pages=folder, actions=logs)
+        keepsakes += (Keepsake(folder, "replays", replay.is_kept),)
+        options += ("--record-trajectories",)
+    return Beside(keepsakes, work, options)
+
+
 def executor(
     workers: int | None,
     time_limit: float,
-    actions: Path | None = None,
-    pages: Path | None = None,
+    beside: Beside,
     *,
     scheduler: str | None = None,
     scheduler_file: Path | None = None,
@@ -35,8 +76,7 @@ def executor(
     Args:
         workers: processes side by side on this machine; None: one per core.
         time_limit: wall time for one try at an episode [s].
-        actions: a folder that action logs go to; None: none are wanted.
-        pages: a folder that replays go to; None: none are wanted.
+        beside: what is written beside records.
         scheduler: the address of a Dask scheduler.
         scheduler_file: a file that holds it.
         cluster: starts one.
@@ -49,15 +89,14 @@ def executor(
     from benchmark.plumbing.processes import cores
     from benchmark.study.pool import LocalPool
 
-    ways = {"--scheduler": scheduler, "--scheduler-file": scheduler_file, "--cluster": cluster}
-    named = [way for way, value in ways.items() if value is not None]
+    places = {"--scheduler": scheduler, "--scheduler-file": scheduler_file, "--cluster": cluster}
+    named = [option for option, value in places.items() if value is not None]
     if len(named) > 1:
         raise UsageError(f"{' and '.join(named)} exclude each other; give one of them")
     if not named:
-        return LocalPool(workers or cores(), time_limit, _work(actions, pages))
-    for option, folder in (("--log-actions", actions), ("--record-trajectories", pages)):
-        if folder is not None:
-            raise UsageError(f"{option} is for episodes of this machine; leave out {named[0]}")
+        return LocalPool(workers or cores(), time_limit, beside.work)
+    for option in beside.options:
+        raise UsageError(f"{option} is for episodes of this machine; leave out {named[0]}")
 
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters we say ourselves
     from benchmark.study.cluster import connection
@@ -70,13 +109,3 @@ def executor(
         raise UsageError(f"--workers is for this machine; with {named[0]} the cluster's own run")
     address = connection.address_in(scheduler_file) if scheduler_file else scheduler or ""
     return Cluster(partial(connection.running, address), time_limit, console.notice)
-
-
-def _work(actions: Path | None, pages: Path | None) -> "Work":
-    """What a worker does with an episode."""
-    from benchmark.pictures.replay import replay as playback
-    from benchmark.study import episode, rescoring
-
-    if pages is not None:
-        return partial(playback.run_recorded, pages=pages, actions=actions)
-    return partial(rescoring.run_logged, folder=actions) if actions else episode.run

@@ -1,54 +1,88 @@
-"""Many runs: which episodes a study holds, and who runs them."""
+"""Which episodes a study holds: every controller meets the same scenarios, rates and seeds."""
 
-from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import closing
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
 
-from benchmark.control.isolation.channel import Declared
+from benchmark.control import plugins
+from benchmark.control.declarations import Declaration
 from benchmark.control.isolation.limits import DEFAULT, Limits
 from benchmark.control.isolation.remote import look
-from benchmark.control.plugins import Plugin
 from benchmark.plumbing.errors import ControllerError
-from benchmark.records.record import Record
+from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
-from benchmark.study.episode import Episode, run
-from benchmark.study.outcome import TIME_LIMIT, Work
-from benchmark.study.pool import LocalPool
+from benchmark.study.episode import Episode
+from benchmark.study.suite import Suite, find_suite, shipped_suites
 from benchmark.sumo import demand, network, signals
 
 
-class Executor(Protocol):
-    """Runs episodes somewhere: in processes of this machine, or on a cluster.
+def choose_episodes(
+    references: Sequence[str],
+    controllers: Sequence[str] = (),
+    rates: Sequence[float] = (),
+    seeds: Sequence[int] = (),
+    *,
+    isolate: bool | None = None,
+    limits: Limits = DEFAULT,
+    notice: Callable[[str], None] = lambda message: None,
+) -> list[Episode]:
+    """The episodes of scenarios, or of one suite.
 
-    An episode that crashes or takes too long is tried once more (``benchmark.study.outcome``), and
-    what befalls it is in its record: ``run`` raises only where nothing can be run any more.
+    Args:
+        references: files, folders or shipped names of scenarios; or one suite's, alone.
+        controllers: references; none: the suite's, or all that are installed and can be loaded.
+        rates: penetration rates; none: the suite's, or each scenario's own.
+        seeds: none: the suite's, or each scenario's own.
+        isolate: whether controllers run in processes of their own; None: those not installed do.
+        limits: of isolated controllers.
+        notice: told of installed controllers that cannot be loaded.
+
+    Raises:
+        ScenarioError: a reference leads nowhere.
+        SuiteError: the suite, or what it names, is not valid.
+        ControllerError: a controller is not there, or does not take its options.
+        UsageError: a suite does not stand alone.
     """
-
-    def run(self, episodes: Sequence[Episode]) -> Generator[tuple[Episode, Record], None, None]:
-        """Yield each episode with its record as it ends, starting them in the order given.
-
-        Closing the generator stops at once, in the middle of episodes.
-        """
-        ...
-
-    def drain(self) -> None:
-        """Start no more episodes; ``run`` ends with those under way.
-
-        May be called from a signal's handler.
-        """
-        ...
+    if (suite := find_suite(references)) is not None:
+        return episodes_of(suite, controllers, rates, seeds, isolate=isolate, limits=limits)
+    scenarios = catalogue.find_scenarios(references, also=shipped_suites())
+    controllers = controllers or _loadable_controllers(isolate, limits, notice)
+    return all_episodes(scenarios, controllers, rates, seeds, isolate=isolate, limits=limits)
 
 
-def episodes(
-    scenarios: Sequence[Scenario],
-    controllers: Sequence[str],
-    rates: Sequence[float] | None,
-    seeds: Sequence[int] | None,
+def episodes_of(
+    suite: Suite,
+    controllers: Sequence[str] = (),
+    rates: Sequence[float] = (),
+    seeds: Sequence[int] = (),
     *,
     isolate: bool | None = None,
     limits: Limits = DEFAULT,
 ) -> list[Episode]:
-    """All episodes of a study: every controller meets the same scenarios, rates and seeds.
+    """The episodes of a suite; what is given replaces what it says.
+
+    Raises:
+        SuiteError: a scenario or controller that it names is not there.
+        ControllerError: one that is given is not.
+    """
+    return all_episodes(
+        suite.load_scenarios(),
+        controllers or suite.checked_controllers(isolate, limits),
+        rates or suite.rates,
+        seeds or range(1, (suite.seeds or 0) + 1),
+        isolate=isolate,
+        limits=limits,
+    )
+
+
+def all_episodes(
+    scenarios: Sequence[Scenario],
+    controllers: Sequence[str],
+    rates: Sequence[float] | None = None,
+    seeds: Sequence[int] | None = None,
+    *,
+    isolate: bool | None = None,
+    limits: Limits = DEFAULT,
+) -> list[Episode]:
+    """Every controller on every scenario at every rate with every seed, each once.
 
     A controller that commands no vehicle runs once per scenario and seed, with no rate: what
     happens under it does not depend on who is an RV.
@@ -56,8 +90,8 @@ def episodes(
     Args:
         scenarios: what to run on.
         controllers: references, as ``benchmark.control.plugins.find`` reads them.
-        rates: penetration rates; None takes each scenario's own.
-        seeds: None takes each scenario's own.
+        rates: penetration rates; none: each scenario's own.
+        seeds: none: each scenario's own.
         isolate: whether controllers run in processes of their own; None: those not installed do.
         limits: of isolated controllers.
 
@@ -65,34 +99,35 @@ def episodes(
         ControllerError: a controller is unknown, cannot be imported or has no such option, or two
             files have the same name.
     """
-    looked = (look(one, isolate, limits) for one in controllers)
-    found = {one.reference: one.kind for one in _told_apart(looked)}
+    declarations = [look(reference, isolate, limits) for reference in controllers]
+    _check_labels(declarations)
+    each_once = {declaration.reference: declaration for declaration in declarations}
     return [
-        Episode(scenario, name, rate, seed, isolate, limits)
+        Episode(scenario, declaration.reference, rate, seed, isolate, limits)
         for scenario in scenarios
-        for name, kind in found.items()
-        for rate in (
-            (rates or scenario.evaluation.penetration_rates)
-            if kind.needs_robot_vehicles
-            else (None,)
-        )
-        for seed in seeds or range(1, scenario.evaluation.seeds + 1)
+        for declaration in each_once.values()
+        for rate in _rates(rates or scenario.evaluation.penetration_rates, declaration)
+        for seed in dict.fromkeys(seeds or range(1, scenario.evaluation.seeds + 1))
     ]
 
 
-def _told_apart(found: Iterable[Plugin | Declared]) -> Iterator[Plugin | Declared]:
-    """Controllers whose records can be told apart: those of two files are by the files' names."""
-    seen: dict[str, str] = {}
-    for plugin in found:
-        if (other := seen.setdefault(plugin.label, plugin.reference)) != plugin.reference:
+def _rates(rates: Sequence[float], declaration: Declaration) -> Iterable[float | None]:
+    return dict.fromkeys(rates) if declaration.needs_robot_vehicles else (None,)
+
+
+def _check_labels(declarations: Iterable[Declaration]) -> None:
+    """Refuse controllers that records would not tell apart: they name a file without its folder."""
+    references: dict[str, str] = {}
+    for declaration in declarations:
+        label, reference = declaration.label, declaration.reference
+        if (other := references.setdefault(label, reference)) != reference:
             raise ControllerError(
-                f"{other} and {plugin.reference} would both be {plugin.label} in records; "
+                f"{other} and {reference} would both be {label} in records; "
                 "rename one file or class"
             )
-        yield plugin
 
 
-def prepare(chosen: Sequence[Episode]) -> None:
+def build_ahead(episodes: Sequence[Episode]) -> None:
     """Build every network and one demand on it, so that what cannot be built is refused at once.
 
     The demands of other seeds are built by the workers that need them.
@@ -100,30 +135,23 @@ def prepare(chosen: Sequence[Episode]) -> None:
     Raises:
         RightOfWayError: a scenario cannot be built, or its signal endangers.
     """
-    for scenario in {one.scenario.hash: one.scenario for one in chosen}.values():
-        if scenario.signal is not None:
-            signals.check(scenario, scenario.signal, network.build(scenario))
-    for episode in {one.scenario.hash: one for one in chosen}.values():
+    one_of_each = {episode.scenario.hash: episode for episode in episodes}.values()
+    for scenario in (episode.scenario for episode in one_of_each):
+        signals.check(scenario, scenario.programs, network.build(scenario))
+    for episode in one_of_each:
         demand.build(episode.scenario, network.build(episode.scenario), episode.seed)
 
 
-def run_all(
-    chosen: Sequence[Episode],
-    workers: int,
-    time_limit: float = TIME_LIMIT,
-    work: Work = run,
-) -> Iterator[Record]:
-    """Run episodes in worker processes here; yields each record as its episode ends.
-
-    Args:
-        chosen: what to run.
-        workers: processes side by side.
-        time_limit: wall time for one try at an episode [s].
-        work: what a worker does with an episode.
-
-    Raises:
-        StoreError: a worker cannot write what it is to keep.
-    """
-    with closing(LocalPool(workers, time_limit, work).run(chosen)) as running:
-        for _, record in running:
-            yield record
+def _loadable_controllers(
+    isolate: bool | None, limits: Limits, notice: Callable[[str], None]
+) -> list[str]:
+    """All installed controllers but those that cannot be loaded, which are named."""
+    loadable = []
+    for name in plugins.discovered():
+        try:
+            look(name, isolate, limits)
+        except ControllerError as error:
+            notice(f"{error}; left out")
+        else:
+            loadable.append(name)
+    return loadable

@@ -27,8 +27,9 @@ class Outcome:
     @classmethod
     def of(cls, record: Record) -> "Outcome":
         """What a record says."""
-        found = (one for junction in record.junctions.values() for one in junction.refusals)
-        return cls(record.status, record.reason, tuple(found))
+        junctions = record.junctions.values()
+        refusals = tuple(reason for junction in junctions for reason in junction.refusals)
+        return cls(record.status, record.reason, refusals)
 
     @property
     def is_failure(self) -> bool:

@@ -18,7 +18,7 @@ Ended = tuple[Episode, Record] | BaseException | None
 
 
 class LocalPool:
-    """Runs episodes in worker processes of this machine.
+    """Runs episodes in worker processes of this machine: an ``Executor``.
 
     Args:
         workers: processes side by side.
@@ -48,8 +48,8 @@ class LocalPool:
                 for _ in range(min(self._count, len(episodes)))
             ]
             threads = [
-                threading.Thread(target=self._serve, args=(one, ended), daemon=True)
-                for one in workers
+                threading.Thread(target=self._serve, args=(worker, ended), daemon=True)
+                for worker in workers
             ]
             for thread in threads:
                 thread.start()
@@ -57,15 +57,15 @@ class LocalPool:
                 serving = len(threads)
                 while serving:
                     try:  # to wake now and then: see ``benchmark.plumbing.processes.result_of``
-                        found = ended.get(timeout=GLANCE)
+                        end = ended.get(timeout=GLANCE)
                     except Empty:
                         continue
-                    if isinstance(found, BaseException):
-                        raise found
-                    if found is None:
+                    if isinstance(end, BaseException):
+                        raise end
+                    if end is None:
                         serving -= 1
                     else:
-                        yield found
+                        yield end
             finally:
                 self.drain()
                 for worker in workers:

@@ -12,7 +12,7 @@ from benchmark.study.episode import Episode
 
 
 @dataclass(frozen=True)
-class Rerun:
+class Repeats:
     """What to run."""
 
     episodes: list[Episode]
@@ -20,7 +20,7 @@ class Rerun:
     """Scenarios by name and hash that cannot be run again as they were, and why."""
 
 
-def plan(records: Iterable[Record], given: Sequence[Scenario]) -> Rerun:
+def repeats_of(records: Iterable[Record], given: Sequence[Scenario]) -> Repeats:
     """The episodes of records once more.
 
     A scenario is found by its hash, whatever its name is now, among the given and the shipped.
@@ -32,18 +32,22 @@ def plan(records: Iterable[Record], given: Sequence[Scenario]) -> Rerun:
     Raises:
         ControllerError: a controller is not installed any more, or lacks an option.
     """
-    once = {record.episode: record for record in records}
-    for controller in dict.fromkeys(record.controller for record in once.values()):
+    newest = {record.episode: record for record in records}.values()
+    for controller in dict.fromkeys(record.controller for record in newest):
         _require(controller)
     known = [*given, *map(load, catalogue.shipped().values())]
-    wanted = dict.fromkeys((one.scenario, one.scenario_hash) for one in once.values())
-    found = {key: _find(*key, known) for key in wanted}
-    episodes = [
-        Episode(scenario, one.controller, one.rate, one.seed)
-        for one in once.values()
-        if isinstance(scenario := found[one.scenario, one.scenario_hash], Scenario)
-    ]
-    return Rerun(episodes, {key: one for key, one in found.items() if isinstance(one, str)})
+    repeats = Repeats([])
+    scenarios: dict[tuple[str, str], Scenario | str] = {}
+    for record in newest:
+        key = record.scenario, record.scenario_hash
+        if key not in scenarios:
+            scenarios[key] = _scenario(*key, known)
+        if isinstance(scenario := scenarios[key], Scenario):
+            episode = Episode(scenario, record.controller, record.rate, record.seed)
+            repeats.episodes.append(episode)
+        else:
+            repeats.incomparable[key] = scenario
+    return repeats
 
 
 def _require(controller: str) -> None:
@@ -56,14 +60,15 @@ def _require(controller: str) -> None:
         ) from error
 
 
-def _find(name: str, scenario_hash: str, known: Sequence[Scenario]) -> Scenario | str:
+def _scenario(name: str, scenario_hash: str, known: Sequence[Scenario]) -> Scenario | str:
     """The scenario with that hash, or why there is none."""
     candidates = [*known, *_at_demand(name, known)]
     for scenario in candidates:
         if scenario.hash == scenario_hash:
             return scenario
-    if changed := next((one for one in candidates if one.name == name), None):
-        return f"the scenario is {changed.hash[:8]}, was {scenario_hash[:8]}"
+    for scenario in candidates:
+        if scenario.name == name:
+            return f"the scenario is {scenario.hash[:8]}, was {scenario_hash[:8]}"
     return "no scenario of that name or content; name its file with --scenario or --suite"
 
 
@@ -71,6 +76,6 @@ def _at_demand(name: str, known: Sequence[Scenario]) -> list[Scenario]:
     """Scenarios at a demand of their own, where the name tells one, as in ``334@700``."""
     base, _, total = name.rpartition("@")
     try:
-        return [one.at_demand(float(total)) for one in known if one.name == base]
+        return [scenario.at_demand(float(total)) for scenario in known if scenario.name == base]
     except (ValueError, ArithmeticError):  # no number, or no demand
         return []

@@ -23,7 +23,7 @@ FOLDER = Path(__file__).parent / "suites"
 Reference = Annotated[str, Field(min_length=1)]
 
 
-def _in_words(given: Any) -> Any:
+def _reference_of(given: Any) -> Any:
     """A controller given as a table, as the reference that it stands for."""
     if not isinstance(given, dict):
         return given
@@ -33,7 +33,7 @@ def _in_words(given: Any) -> Any:
         raise ValueError(str(error)) from error
 
 
-ControllerReference = Annotated[Reference, BeforeValidator(_in_words)]
+ControllerReference = Annotated[Reference, BeforeValidator(_reference_of)]
 
 
 class Suite(Table):
@@ -62,9 +62,9 @@ class Suite(Table):
         Raises:
             SuiteError: a reference leads nowhere, or to a file that is no valid scenario.
         """
-        references = [_placed(one, self._path.parent) for one in self.scenarios]
+        references = [_placed(scenario, self._path.parent) for scenario in self.scenarios]
         try:
-            return catalogue.find(references)
+            return catalogue.find_scenarios(references)
         except RightOfWayError as error:
             raise SuiteError(f"{self._path}: scenarios: {error}") from error
 
@@ -81,53 +81,57 @@ class Suite(Table):
         Raises:
             SuiteError: one of them is not, or does not.
         """
-        found = []
-        for index, one in enumerate(self.controllers):
+        references = []
+        for index, controller in enumerate(self.controllers):
             try:
-                found.append(look(one, isolate, limits, self._path.parent).reference)
+                declaration = look(controller, isolate, limits, self._path.parent)
             except RightOfWayError as error:
                 raise SuiteError(f"{self._path}: controllers[{index}]: {error}") from error
-        return found
+            references.append(declaration.reference)
+        return references
 
 
 def _placed(scenario: str, folder: Path) -> str:
     """A scenario's reference as seen from anywhere: files and folders lie beside the suite."""
     place, at, _ = scenario.rpartition("@")
     candidates = [folder / scenario, *([folder / place] if at else [])]
-    own = candidates[-1].suffix == ".toml" or any(one.exists() for one in candidates)
+    own = candidates[-1].suffix == ".toml" or any(path.exists() for path in candidates)
     return str(folder / scenario) if own else scenario
 
 
-def shipped() -> dict[str, Path]:
+def shipped_suites() -> dict[str, Path]:
     """The shipped suites by name, as in ``paper``."""
     return {path.stem: path for path in sorted(FOLDER.glob("*.toml"))}
 
 
-def find(references: Sequence[str]) -> Suite | None:
+def find_suite(references: Sequence[str]) -> Suite | None:
     """The suite that references name; None where they all name scenarios.
 
     Args:
         references: files of suites or scenarios, shipped suites' names, or whatever
-            ``benchmark.scenario.catalogue.find`` knows.
+            ``benchmark.scenario.catalogue.find_scenarios`` knows.
 
     Raises:
         SuiteError: the suite is not valid.
         UsageError: it does not stand alone.
     """
-    found = {one: path for one in references if (path := _path(one)) is not None}
-    if found and len(references) > 1:
-        raise UsageError(
-            f'"{next(iter(found))}" is a suite and names its scenarios itself; give it alone'
-        )
-    return load(next(iter(found.values()))) if found else None
+    for name in references:
+        if (path := _path(name)) is not None:
+            if len(references) > 1:
+                raise UsageError(
+                    f'"{name}" is a suite and names its scenarios itself; give it alone'
+                )
+            return load_suite(path)
+    return None
 
 
 def _path(name: str) -> Path | None:
     """Where the suite of that name is; a folder of the user's scenarios comes before it."""
     path = Path(name)
-    if name in shipped() and not any(path.rglob("*.toml")):
-        return path if _declares_suite(path) else shipped()[name]
-    return path if _declares_suite(path) else None
+    if _declares_suite(path):
+        return path
+    declared = shipped_suites().get(name)
+    return None if declared and any(path.rglob("*.toml")) else declared
 
 
 def _declares_suite(path: Path) -> bool:
@@ -137,7 +141,7 @@ def _declares_suite(path: Path) -> bool:
         return False  # whoever reads it as a scenario says what is wrong
 
 
-def load(path: Path) -> Suite:
+def load_suite(path: Path) -> Suite:
     """Read and validate a suite's file.
 
     Raises:

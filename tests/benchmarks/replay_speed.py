@@ -19,8 +19,8 @@ from benchmark.pictures.replay.page import page
 from benchmark.pictures.replay.replay import Replay, recorded
 from benchmark.pictures.replay.trajectories import Trajectories
 from benchmark.scenario import catalogue
-from benchmark.study import episodes
 from benchmark.study.episode import Episode, run
+from benchmark.study.episodes import build_ahead
 
 SECONDS = 5
 COUNT = """() => new Promise((done) => {
@@ -39,8 +39,8 @@ def main() -> None:
     with sync_playwright() as play, tempfile.TemporaryDirectory() as folder:
         browser = play.chromium.launch(executable_path=program())
         for name in ("229", "332", "334", "449"):
-            episode = Episode(catalogue.one(name), "time-windows", 0.6, 1)
-            episodes.prepare([episode])
+            episode = Episode(catalogue.find_scenario(name), "time-windows", 0.6, 1)
+            build_ahead([episode])
             plain, watched, kept = costs(episode)
             path = Replay([kept]).write(Path(folder) / f"{name}.html")
             most, moment = busiest(kept)

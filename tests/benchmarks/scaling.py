@@ -35,7 +35,8 @@ from benchmark.study.cluster.executor import Cluster
 from benchmark.study.cluster.stream import Stream
 from benchmark.study.cluster.worker import Job
 from benchmark.study.episode import Episode, run
-from benchmark.study.episodes import Executor, prepare
+from benchmark.study.episodes import build_ahead
+from benchmark.study.executor import Executor
 from benchmark.study.outcome import Outcome
 from benchmark.study.pool import LocalPool
 from benchmark.sumo import demand, network
@@ -62,7 +63,7 @@ def megabytes(size: float) -> float:
 
 def every() -> list[Episode]:
     """One episode of each scenario and controller."""
-    scenarios = [catalogue.find([name])[0] for name in PAPER]
+    scenarios = [catalogue.find_scenarios([name])[0] for name in PAPER]
     return [Episode(one, name, RATE, 1) for one, name in product(scenarios, CONTROLLERS)]
 
 
@@ -188,9 +189,9 @@ def _ended(process: subprocess.Popen[bytes]) -> Iterator[None]:
 
 def overhead(executor: Executor, count: int) -> float:
     """Wall time that one worker spends on an episode beside running it [s]."""
-    scenario = catalogue.find(["smoke/crossing"])[0]
+    scenario = catalogue.find_scenarios(["smoke/crossing"])[0]
     chosen = [Episode(scenario, "virtual-signal", RATE, seed) for seed in range(1, count + 1)]
-    prepare(chosen)
+    build_ahead(chosen)
     spent, began = 0.0, 0.0
     for number, (_, record) in enumerate(executor.run(chosen)):
         if number == 0:  # all processes have started
@@ -211,7 +212,7 @@ def dask_worker_memory() -> float:
 def held_each(count: int = 200_000) -> float:
     """Bytes that the command keeps of an episode: what it is, and what became of it."""
     before = psutil.Process().memory_info().rss
-    base = Episode(catalogue.one("334"), CONTROLLERS[0], 0.5, 1)
+    base = Episode(catalogue.find_scenario("334"), CONTROLLERS[0], 0.5, 1)
     kept = [(replace(base, seed=seed), Outcome("ok")) for seed in range(count)]
     return (psutil.Process().memory_info().rss - before) / len(kept)
 

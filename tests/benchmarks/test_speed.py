@@ -22,7 +22,8 @@ from benchmark.control import plugins
 from benchmark.learning.rollout import Rollout, Workers
 from benchmark.scenario import catalogue
 from benchmark.study.episode import Episode, run
-from benchmark.study.episodes import episodes, prepare, run_all
+from benchmark.study.episodes import all_episodes, build_ahead
+from benchmark.study.pool import LocalPool
 from benchmark.sumo import demand, network, signals, tools
 from benchmark.sumo.simulation import FLAGS
 from benchmark.world.world import World
@@ -68,7 +69,7 @@ def bare_sumo(seed: int) -> list[str]:
     return [
         str(tools.program("sumo")),
         *("-n", str(roads.path), "-r", str(demand.build(scenario, roads, seed).path)),
-        *("-a", str(signals.program_file(scenario, scenario.signal, roads))),
+        *("-a", str(signals.program_file(scenario.programs, roads))),
         *("--step-length", f"{evaluation.step:g}", "--end", f"{evaluation.duration:g}"),
         *("--seed", str(seed), *(part for flag in flags.items() for part in flag)),
     ]
@@ -110,11 +111,11 @@ def test_an_episode_takes_little_longer_than_bare_sumo(
 
 
 def test_two_workers_are_nearly_twice_as_fast_as_one(benchmark: BenchmarkFixture) -> None:
-    chosen = episodes([shipped(SCENARIO)], ["virtual-signal"], [0.6], range(1, 21))
-    prepare(chosen)
+    chosen = all_episodes([shipped(SCENARIO)], ["virtual-signal"], [0.6], range(1, 21))
+    build_ahead(chosen)
 
     def suite(workers: int) -> None:
-        assert {one.status for one in run_all(chosen, workers)} == {"ok"}
+        assert {record.status for _, record in LocalPool(workers).run(chosen)} == {"ok"}
 
     alone: list[float] = []
     benchmark.pedantic(
@@ -141,7 +142,7 @@ def test_training_traffic_is_fast(benchmark: BenchmarkFixture, workers: int) -> 
 
     At a demand that does not jam when nobody decides, so that both simulate the same traffic.
     """
-    (scenario,) = catalogue.find([f"{SCENARIO}@1400"])
+    (scenario,) = catalogue.find_scenarios([f"{SCENARIO}@1400"])
     rollouts = [Rollout(scenario, 0.6, seed, gridlock_after=None) for seed in range(1001, 1013)]
     policy = Greedy(Wang()._weights.arrays)
     for rollout in rollouts:
@@ -188,13 +189,13 @@ def peak_memory(chosen: list[Episode]) -> float:
 def test_a_worker_stays_below_400_mb(
     benchmark: BenchmarkFixture, worker: ProcessPoolExecutor
 ) -> None:
-    chosen = episodes(
+    chosen = all_episodes(
         [shipped(name) for name in PAPER],
         [name for name in plugins.discovered() if name != "unsignalised"],
         [0.5],
         [1],
     )
-    prepare(chosen)
+    build_ahead(chosen)
     peak = benchmark.pedantic(lambda: worker.submit(peak_memory, chosen).result(), rounds=1)
     benchmark.extra_info["peak memory [MB]"] = peak
     print(f"peak memory of a worker: {peak:.0f} MB")  # noqa: T201

@@ -17,9 +17,10 @@ from benchmark.control.isolation.remote import Remote
 from benchmark.control.training import FRESH_SEEDS
 from benchmark.plumbing.errors import RightOfWayError
 from benchmark.records.record import Record
-from benchmark.study import episodes as suite
 from benchmark.study import rescoring
 from benchmark.study.episode import Episode, run, run_with
+from benchmark.study.episodes import build_ahead
+from benchmark.study.pool import LocalPool
 
 
 @dataclass(frozen=True)
@@ -122,8 +123,8 @@ def again(bundle: Bundle, how: Runner, workers: int) -> Check:
         firsts.setdefault((one.scenario, one.rate), one)
     episodes = [rescoring.LoggedEpisode.of(bundle.logs[one.episode]) for one in firsts.values()]
     found = {
-        (one.scenario, one.rate, one.seed): one
-        for one in suite.run_all(episodes, workers, work=how)
+        (record.scenario, record.rate, record.seed): record
+        for _, record in LocalPool(workers, work=how).run(episodes)
     }
     problems = []
     for original in firsts.values():
@@ -170,5 +171,5 @@ def _made(bundle: Bundle, how: Runner, seeds: Sequence[int], workers: int) -> li
         for one in cells.values()
         for seed in seeds
     ]
-    suite.prepare(episodes)
-    return list(suite.run_all(episodes, workers, work=how))
+    build_ahead(episodes)
+    return [record for _, record in LocalPool(workers, work=how).run(episodes)]

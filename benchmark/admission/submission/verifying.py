@@ -12,8 +12,9 @@ from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import reference
 from benchmark.plumbing.errors import UsageError
 from benchmark.records.record import Record
-from benchmark.study import episodes as suite
 from benchmark.study import rescoring
+from benchmark.study.episodes import build_ahead
+from benchmark.study.pool import LocalPool
 
 STEPS = ("files", "weights", "records", "training", "replay", "controller", "fresh seeds")
 
@@ -81,8 +82,9 @@ def _rest(found: Sequence[Check]) -> list[Check]:
 
 def _replayed(bundle: Bundle, workers: int) -> Check:
     episodes = [rescoring.LoggedEpisode.of(bundle.logs[one.episode]) for one in bundle.good]
-    suite.prepare(episodes)
-    made = {one.episode: one for one in suite.run_all(episodes, workers, work=rescoring.score)}
+    build_ahead(episodes)
+    running = LocalPool(workers, work=rescoring.score).run(episodes)
+    made = {record.episode: record for _, record in running}
     problems = []
     for original in bundle.good:
         if differing := rescoring.differences(original, made[original.episode]):

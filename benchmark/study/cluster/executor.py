@@ -29,7 +29,7 @@ NAMED = 5  # workers that a message names
 
 
 class Cluster:
-    """Runs episodes on the workers of a Dask cluster; see ``benchmark.study.episodes.Executor``.
+    """Runs episodes on the workers of a Dask cluster; see ``benchmark.study.executor.Executor``.
 
     Args:
         connect: to the cluster, for as long as episodes run.

@@ -1,0 +1,27 @@
+"""Arguments and options that several commands share."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+LARGEST_SEED = 2**31 - 1  # of SUMO
+
+
+def results_folder(path: Path) -> Path:
+    """The results folder, where its records folder may be given too."""
+    return path.parent if path.name == "records" else path
+
+
+OneScenario = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="A file or a shipped name, such as 334.")
+]
+Records = Annotated[
+    Path,
+    typer.Option(
+        "--records", help="Results folder, or its records folder.", callback=results_folder
+    ),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes side by side; default: one per core.")
+]
