@@ -12,9 +12,9 @@ from factories.scenarios import smoke
 from benchmark.plumbing.errors import UsageError
 from benchmark.records.leaderboard import REFERENCE
 from benchmark.records.record import Record
-from benchmark.reports.site.build import MARK, build
+from benchmark.reports.site.build import MARK, build_site
 from benchmark.reports.site.contents import Contents
-from benchmark.reports.site.replays import Replay
+from benchmark.reports.site.replays import ReplayPage
 
 EVIL = "<img src=x onerror=alert(1)>"
 
@@ -38,7 +38,7 @@ class Reader(HTMLParser):
 
 
 def made(records: list[Record], folder: Path, **more: object) -> Path:
-    build(Contents.of(records, **more), folder / "site")  # type: ignore[arg-type]
+    build_site(Contents.of(records, **more), folder / "site")  # type: ignore[arg-type]
     return folder / "site"
 
 
@@ -48,7 +48,7 @@ def test_every_link_of_every_page_leads_somewhere(tmp_path: Path) -> None:
     scenario = smoke("crossing")
     where = {"scenario": scenario.name, "scenario_hash": scenario.hash}
     records = [record(name, rate=0.5, **where) for name in ("a", "b?x=1", "hierarchical")]
-    shown = Replay(replay, "a", (scenario.name,), ("a",))
+    shown = ReplayPage(replay, "a", (scenario.name,), ("a",))
     site = made(
         [*records, unlucky("broken", reason=EVIL), record(REFERENCE, rate=None)],
         tmp_path,
@@ -173,7 +173,10 @@ def test_several_versions_and_junctions_of_a_scenario_have_pages_of_their_own(
     both = {"north": junction(10.0), "south": junction(20.0)}
     records = [record("a", junctions=both), record("a", scenario_hash="b" * 64)]
     site = made(records, tmp_path)
-    assert len(list((site / "scenarios").iterdir())) == 3
+    assert {path.name for path in (site / "scenarios").iterdir()} == {
+        *(f"test-a-aaaaaaaa-{place}.html" for place in ("network", "north", "south")),
+        "test-a-bbbbbbbb.html",
+    }
 
 
 def test_the_download_holds_the_rows_of_its_scenario(tmp_path: Path) -> None:
