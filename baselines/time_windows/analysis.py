@@ -45,7 +45,7 @@ def main(
         f"{one.name.rpartition('/')[2]}, {100 * each:g} %": dict(
             shares(one, each, range(1, seeds + 1))
         )
-        for one in catalogue.find(scenario or ["colorado-springs"])
+        for one in catalogue.find_scenarios(scenario or ["colorado-springs"])
         for each in rate or [0.4, 0.6]
     }
     names = sorted({name for column in columns.values() for name in column})

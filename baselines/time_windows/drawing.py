@@ -131,7 +131,7 @@ def main(
     seed: Annotated[int, typer.Option(min=0)] = 1,
 ) -> None:
     """Draw the windows of the busiest conflict of an episode under time windows."""
-    draw(catalogue.one(scenario), rate, seed, target)
+    draw(catalogue.find_scenario(scenario), rate, seed, target)
 
 
 if __name__ == "__main__":

@@ -88,7 +88,7 @@ def train(options: Options) -> None:
         options,
         {"scenarios": options.scenarios, "rates": options.rates, "trials": options.steps},
     )
-    scenarios = catalogue.find(settings.scenarios)
+    scenarios = catalogue.find_scenarios(settings.scenarios)
     folder = Folder(options, NAME, settings, checkpoint="trials.log")
     study = _study(folder.checkpoint)
     with working(options.workers) as workers, interrupts(options.notify) as stop:

@@ -41,7 +41,10 @@ class Decider(Protocol):
     unsupported: str | None  # why the scenario is to be skipped
     weights_hash: str | None
     trained_on: tuple[Training, ...] | None
-    programs: Mapping[str, Signal]  # by junction, that SUMO runs; empty where lights are dark
+
+    @property
+    def programs(self) -> Mapping[str, Signal]:
+        """What SUMO runs, by junction; empty where lights are dark."""
 
     def reset(self, junctions: Mapping[str, Intersection], seed: int) -> None:
         """A new episode begins at every junction."""

@@ -50,7 +50,7 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         reward: Reward | None = None,
         gridlock_after: float = GRIDLOCK_AFTER,
     ) -> None:
-        self.scenario = catalogue.one(scenario) if isinstance(scenario, str) else scenario
+        self.scenario = catalogue.find_scenario(scenario) if isinstance(scenario, str) else scenario
         self.rate, self._next_seed, self._layout = rate, seed, layout
         self._reward, self._gridlock_after = reward, gridlock_after
         self._traffic: Traffic | None = None

@@ -53,7 +53,7 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
         gridlock_after: float = GRIDLOCK_AFTER,
         others: Policy | None = None,
     ) -> None:
-        self.scenario = catalogue.one(scenario) if isinstance(scenario, str) else scenario
+        self.scenario = catalogue.find_scenario(scenario) if isinstance(scenario, str) else scenario
         self.rate, self._next_seed, self._layout = rate, seed, layout
         self._reward, self._gridlock_after, self._others = reward, gridlock_after, others
         self.observation_space = spaces.Box(0.0, 1.0, (size(layout),), np.float32)

@@ -22,7 +22,7 @@ def shipped() -> dict[str, Path]:
     return {f"{path.parent.name}/{path.stem}": path for path in _files(shipped_folder())}
 
 
-def find(references: Iterable[str], also: Iterable[str] = ()) -> list[Scenario]:
+def find_scenarios(references: Iterable[str], also: Iterable[str] = ()) -> list[Scenario]:
     """Load scenarios by reference, each once, in the order asked for.
 
     Args:
@@ -35,32 +35,34 @@ def find(references: Iterable[str], also: Iterable[str] = ()) -> list[Scenario]:
         ScenarioError: a reference leads nowhere, or a file is not a valid scenario.
     """
     others = tuple(also)
-    found: dict[tuple[Path, float | None], Path] = {}
+    paths: dict[tuple[Path, float | None], Path] = {}
     for reference in references:
         place, demand = _split(reference)
         for path in _resolve(place, others):
-            found.setdefault((path.resolve(), demand), path)
+            paths.setdefault((path.resolve(), demand), path)
     return [
         load(path) if demand is None else load(path).at_demand(demand)
-        for (_, demand), path in found.items()
+        for (_, demand), path in paths.items()
     ]
 
 
-def one(reference: str) -> Scenario:
+def find_scenario(reference: str) -> Scenario:
     """The only scenario that a reference leads to.
 
     Raises:
-        ScenarioError: as ``find``, or it leads to several.
+        ScenarioError: as ``find_scenarios``, or it leads to several.
     """
-    found = find([reference])
-    if len(found) != 1:
-        names = ", ".join(scenario.name for scenario in found)
-        raise ScenarioError(f'"{reference}" names {len(found)} scenarios ({names}); choose one')
-    return found[0]
+    scenarios = find_scenarios([reference])
+    if len(scenarios) != 1:
+        names = ", ".join(scenario.name for scenario in scenarios)
+        raise ScenarioError(
+            f'"{reference}" names {len(scenarios)} scenarios ({names}); choose one'
+        )
+    return scenarios[0]
 
 
-def reference(scenario: Scenario) -> str:
-    """What leads ``find`` to a scenario that it has found before, in the same folder."""
+def reference_of(scenario: Scenario) -> str:
+    """What leads ``find_scenarios`` to a scenario that it has found before, in the same folder."""
     if scenario.path is None:
         return scenario.name
     name = f"{scenario.path.resolve().parent.name}/{scenario.path.stem}"

@@ -141,7 +141,7 @@ def test_wheel_and_source_carry_templates_suites_and_scenarios(built: Path) -> N
         in_wheel = set(packed.namelist())
     with tarfile.open(source) as packed:
         in_source = {name.partition("/")[2] for name in packed.getnames()}
-    folders = (scaffold.TEMPLATES, ROOT / "benchmark" / "suites")
+    folders = (scaffold.TEMPLATES, ROOT / "benchmark" / "study" / "suites")
     wanted = {f"benchmark/{path.relative_to(ROOT / 'benchmark')}" for path in _shipped(*folders)}
     assert len(wanted) > 10
     assert wanted <= in_wheel

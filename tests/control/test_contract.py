@@ -33,7 +33,7 @@ def seen(scenario: str, name: str) -> list[TrafficState]:
     [
         pytest.param(case, id=f"{name}-{case}")
         for name in CONTROLLERS
-        for case in conformance.cases(name)
+        for case in conformance.conformance_cases(name)
         if case.check not in ("reaches", "repeats-elsewhere")
     ],
 )

@@ -32,7 +32,7 @@ def test_few_cores_idle_at_the_end_of_a_suite_that_never_ran_before(
 ) -> None:
     """Episodes in the order that guesses give, for as long as they really took."""
     chosen = [one for one in records if one.rate in (None, 0.4, 0.5, 0.6, 0.7) and one.seed <= 2]
-    found = {one.name: one for one in catalogue.find(["colorado-springs"])}
+    found = {one.name: one for one in catalogue.find_scenarios(["colorado-springs"])}
     took = {one.episode: one.wall_time for one in chosen}
     suite = [
         episode.Episode(found[one.scenario], one.controller, one.rate, one.seed) for one in chosen

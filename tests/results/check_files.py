@@ -12,7 +12,7 @@ from baselines.paper import missing, report
 from baselines.paper.samples import Samples
 from benchmark.control import plugins
 from benchmark.records import leaderboard, provenance, reference
-from benchmark.records.capacity import curves, markdown
+from benchmark.records.capacity import capacity_curves, capacity_markdown
 from benchmark.records.record import Record
 from benchmark.records.statistics import ENOUGH
 from benchmark.records.store import Store
@@ -23,6 +23,7 @@ from benchmark.scenario import catalogue
 from benchmark.study.episodes import episodes_of
 from benchmark.study.suite import load_suite, shipped_suites
 
+SHOWN = ("wang", "wang-tuned", "hierarchical", "hierarchical-tuned", "time-windows")
 REMEDY = "regenerate with `make reference`"
 
 
@@ -40,7 +41,7 @@ def test_every_shipped_controller_has_all_its_seeds_in_every_cell(records: list[
 
 
 def test_the_records_are_of_the_scenarios_as_they_are(records: list[Record]) -> None:
-    hashes = {one.name: one.hash for one in catalogue.find(["colorado-springs"])}
+    hashes = {one.name: one.hash for one in catalogue.find_scenarios(["colorado-springs"])}
     assert {(r.scenario, r.scenario_hash) for r in records} == set(hashes.items())
 
 
@@ -48,13 +49,15 @@ def test_the_records_are_of_the_scenarios_as_they_are(records: list[Record]) -> 
 def test_the_leaderboard_files_follow_from_the_records(folder: str, target: str) -> None:
     remedy = f"regenerate with `make {target}`"
     results = RESULTS / folder
-    rows = leaderboard.rows(Store(results).read())
-    assert (results / "LEADERBOARD.md").read_text("utf-8") == tables.markdown(rows), remedy
-    assert (results / "leaderboard.csv").read_text("utf-8") == tables.as_csv(rows), remedy
+    rows = leaderboard.rows_of_records(Store(results).read())
+    assert (results / "LEADERBOARD.md").read_text("utf-8") == tables.leaderboard_markdown(rows), (
+        remedy
+    )
+    assert (results / "leaderboard.csv").read_text("utf-8") == tables.leaderboard_csv(rows), remedy
 
 
 def test_the_readme_shows_the_table_of_the_results(rows: list[leaderboard.Row]) -> None:
-    shown = tables.summary([row for row in rows if "?" not in row.controller], 0.6)
+    shown = tables.table_at_rate([row for row in rows if "?" not in row.controller], 0.6)
     assert shown in (ROOT / "README.md").read_text("utf-8"), (
         "paste the output of `rightofway leaderboard --records results --rate 0.6 --no-variants`"
     )
@@ -87,7 +90,7 @@ def test_the_papers_report_follows_from_the_records(samples: Samples) -> None:
 
 def test_the_committed_curves_say_what_the_results_say() -> None:
     folder = RESULTS / "capacity"
-    found = markdown(curves(Store(folder).read()))
+    found = capacity_markdown(capacity_curves(Store(folder).table()))
     assert (folder / "CAPACITY.md").read_text("utf-8") == found, "regenerate with `make capacity`"
 
 
@@ -102,8 +105,8 @@ def test_the_committed_page_has_all_its_figures() -> None:
 def test_the_committed_crossovers_are_those_of_the_records(tmp_path: Path) -> None:
     """The figure of least bytes stands for all: drawn again, it is the same."""
     store = Store(RESULTS)
-    shown = Data(store.table(), store.records_of, Wish())
-    ((_, path),) = gallery.write(shown, {}, tmp_path, "png", ["crossover"])
+    shown = Data(store.table(), store.records_of, Wish(controllers=SHOWN))
+    ((_, path),) = gallery.write_figures(shown, {}, tmp_path, "png", ["crossover"])
     assert path is not None
     committed = RESULTS / "figures" / "crossover.png"
     assert path.read_bytes() == committed.read_bytes(), "draw again with `make figures`"

@@ -16,7 +16,7 @@ def records() -> list[Record]:
 
 @pytest.fixture(scope="session")
 def rows(records: list[Record]) -> list[leaderboard.Row]:
-    return leaderboard.rows(records)
+    return leaderboard.rows_of_records(records)
 
 
 @pytest.fixture(scope="session")
@@ -30,4 +30,4 @@ def refuse(message: str) -> None:
 
 @pytest.fixture(scope="session")
 def shipped() -> reference.Reference:
-    return reference.read(RESULTS / "reference", refuse)
+    return reference.read_reference(RESULTS / "reference", refuse)

@@ -12,7 +12,7 @@ from benchmark.scenario import catalogue
 
 
 def names(*references: str | Path) -> list[str]:
-    return [scenario.name for scenario in catalogue.find(map(str, references))]
+    return [scenario.name for scenario in catalogue.find_scenarios(map(str, references))]
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_shipped_scenarios_are_found_once_in_the_order_asked_for(
 
 
 def test_what_is_found_is_what_is_in_the_file() -> None:
-    assert catalogue.find(["tee"]) == [shipped("smoke/tee")]
+    assert catalogue.find_scenarios(["tee"]) == [shipped("smoke/tee")]
 
 
 def test_files_and_folders_are_found_by_path(elsewhere: Path) -> None:

@@ -29,7 +29,7 @@ def test_the_shipped_suite_asks_for_the_papers_intersections_rates_and_baselines
 def test_the_suite_smoke_comes_before_the_folder_of_its_name_and_runs_all_of_it() -> None:
     suite = found("smoke")
     assert [one.name for one in suite.load_scenarios()] == SMOKE
-    assert [one.name for one in catalogue.find(["smoke"])] == SMOKE  # where suites are no matter
+    assert [one.name for one in catalogue.find_scenarios(["smoke"])] == SMOKE  # where suites are no matter
     assert suite.seeds == 2
     assert {"traffic-light", "virtual-signal"} <= {*suite.checked_controllers()}
 
@@ -45,7 +45,7 @@ def test_the_suite_full_asks_for_everything_that_ships() -> None:
 def test_shipped_suites_are_no_scenarios() -> None:
     assert not {*shipped_suites()} & {*catalogue.shipped()}
     with pytest.raises(ScenarioError, match="unknown scenario"):
-        catalogue.find(["paper"])
+        catalogue.find_scenarios(["paper"])
 
 
 def test_a_suite_is_told_from_a_scenario_by_its_keys(here: Path) -> None:
@@ -77,7 +77,7 @@ def test_a_suite_stands_alone(others: list[str]) -> None:
 
 def test_an_unknown_name_suggests_the_nearest_suite() -> None:
     with pytest.raises(ScenarioError, match='did you mean "paper"'):
-        catalogue.find(["papr"], also=shipped_suites())
+        catalogue.find_scenarios(["papr"], also=shipped_suites())
 
 
 def test_scenarios_beside_the_suite_come_before_shipped_ones(here: Path) -> None:

@@ -3,9 +3,9 @@
 On the command line it is ``rightofway check controller NAME``; in a plugin's own tests:
 
     import pytest
-    from benchmark.admission.conformance import cases
+    from benchmark import conformance_cases
 
-    @pytest.mark.parametrize("case", cases("my-controller"), ids=str)
+    @pytest.mark.parametrize("case", conformance_cases("my-controller"), ids=str)
     def test_keeps_to_the_contract(case):
         case.verify()
 
@@ -14,7 +14,7 @@ one: check code that you trust. The kit does not show that code which nobody tru
 but the contract; running it isolated enforces it.
 """
 
-from benchmark.admission.conformance.cases import Case, cases, check_controller
+from benchmark.admission.conformance.cases import Case, check_controller, conformance_cases
 from benchmark.admission.conformance.result import Result
 
-__all__ = ["Case", "Result", "cases", "check_controller"]
+__all__ = ["Case", "Result", "check_controller", "conformance_cases"]

@@ -62,18 +62,20 @@ class Case:
             raise AssertionError(result.words)
 
 
-def cases(controller: str | type[Controller], scenarios: Iterable[str] = SMOKE) -> Sequence[Case]:
+def conformance_cases(
+    controller: str | type[Controller], scenarios: Iterable[str] = SMOKE
+) -> Sequence[Case]:
     """The checks of a controller, to be made one by one; episodes are shared between them.
 
     Args:
         controller: a reference, as in ``my-controller?horizon=5`` or ``my_file.py:MyController``,
             or a class.
-        scenarios: as ``benchmark.scenario.catalogue.find`` reads them.
+        scenarios: as ``benchmark.scenario.catalogue.find_scenarios`` reads them.
 
     Raises:
         ScenarioError: a scenario is not there.
     """
-    found = catalogue.find(scenarios)
+    found = catalogue.find_scenarios(scenarios)
     subject = Subject(controller, found)
     return [
         Case(check, subject, scenario)
@@ -94,4 +96,4 @@ def check_controller(
     Raises:
         RightOfWayError: the controller or a scenario cannot be found or run.
     """
-    return [case.run() for case in cases(controller, scenarios)]
+    return [case.run() for case in conformance_cases(controller, scenarios)]

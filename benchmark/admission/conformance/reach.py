@@ -16,9 +16,17 @@ from typing import Any
 from benchmark.admission.conformance.watching import Recorder
 
 FORBIDDEN = (
-    *("libsumo", "traci"),
-    *("benchmark.sumo", "benchmark.world.world", "benchmark.world.tracking"),
-    *("benchmark.control.guard", "benchmark.study", "benchmark.records.store"),
+    "libsumo",
+    "traci",
+    "benchmark.run",
+    "benchmark.run_study",
+    "benchmark.sumo.simulation",
+    "benchmark.sumo.demand",
+    "benchmark.world.world",
+    "benchmark.world.tracking",
+    "benchmark.control.guard",
+    "benchmark.study",
+    "benchmark.records.store",
 )
 """Modules that lead to the simulation, to the next departures or to the records."""
 

@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 
-from benchmark.control.controller import Command, Controller, Go, Stop
-from benchmark.control.intersection import Intersection
-from benchmark.control.state import TrafficState
+from benchmark import Command, Controller, Go, Intersection, Stop, TrafficState
 
 
 class MyController(Controller):
@@ -30,7 +28,7 @@ class MyController(Controller):
         """A new episode: set anew whatever ``act`` changes.
 
         Args:
-            intersection: lanes, movements and conflicts; see ``benchmark/control/intersection.py``.
+            intersection: lanes, movements and conflicts; see ``Intersection``.
             seed: the only source of randomness, as in ``random.Random(seed)``.
         """
         # Sorted, because the order of Python's sets differs from process to process.
