@@ -16,6 +16,7 @@ from benchmark.commands.plugins import Commands
 from benchmark.commands.records import compact, show_capacity
 from benchmark.commands.reference import app as reference
 from benchmark.commands.regress import regress
+from benchmark.commands.renew import renew
 from benchmark.commands.replay import replay
 from benchmark.commands.run import run
 from benchmark.commands.schema import schema
@@ -93,6 +94,7 @@ app.add_typer(new)
 app.command()(run)
 app.command()(leaderboard)
 app.command("figures")(draw_figures)
+app.command()(renew)
 app.command()(compact)
 app.command("capacity")(show_capacity)
 app.command()(site)

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from benchmark.plumbing.errors import StoreError
-from benchmark.plumbing.files import prepare_folder, writing
+from benchmark.plumbing.files import prepare_folder, replaced, writing
 from benchmark.plumbing.messages import explain
-from benchmark.records import files as record_files
-from benchmark.records import table as frame
+from benchmark.records import files
 from benchmark.records.record import Record
+from benchmark.records.table import join_tables, record_decoder, records_table
 
 if TYPE_CHECKING:
     import polars
@@ -82,7 +82,7 @@ class Store:
         """
         prepare_folder(self.records_folder, "records")
         for path in self._files():
-            if not record_files.is_packed(path):
+            if not files.is_packed(path):
                 self._set_aside_torn_line(path)
 
     def append(self, record: Record) -> None:
@@ -121,15 +121,15 @@ class Store:
 
     def records(self) -> Iterator[Record]:
         """As ``read``, one by one; none where the folder holds none."""
-        return (_parse(*one) for path in self._files() for one in self._lines(path))
+        return (_parse(*line) for path in self._files() for line in self._lines(path))
 
     def records_of(self, scenarios: Collection[str]) -> Iterator[Record]:
         """As ``records``, those of some scenarios, without a look at the others' files."""
         stems = {_stem(name) for name in scenarios}
         for path in self._files():
-            if record_files.name_of(path) in stems:
-                found = (_parse(*one) for one in self._lines(path))
-                yield from (record for record in found if record.scenario in scenarios)
+            if files.stem_of(path) in stems:
+                records = (_parse(*line) for line in self._lines(path))
+                yield from (record for record in records if record.scenario in scenarios)
 
     def table(self, *, empty: bool = False) -> "polars.DataFrame":
         """All records as a table of ``benchmark.records.table``; for a million the only way.
@@ -142,7 +142,22 @@ class Store:
         """
         if not empty:
             self.require_some()
-        return frame.joined(map(self._table, self._files()))
+        return join_tables(map(self._table, self._files()))
+
+    def rewrite(self, change: Callable[[Record], Record]) -> None:
+        """Change records where they stand; each file whole or not at all.
+
+        Raises:
+            StoreError: the disk refuses, or a file is packed.
+        """
+        for path in self._files():
+            if files.is_packed(path):
+                raise StoreError(f"{path}: packed; only records in JSON Lines can be changed")
+        for path in self._files():
+            lines = [change(_parse(*line)).line() for line in self._lines(path)]
+            refusing = writing(path, "records", StoreError, "the old ones are whole")
+            with refusing, replaced(path) as draft:
+                draft.write_text("".join(lines), encoding="utf-8")
 
     def compact(self) -> int:
         """Pack all that is JSON Lines into Parquet; how many files there were.
@@ -152,19 +167,19 @@ class Store:
         Raises:
             StoreError: a line is not a record, or the disk refuses; nothing is lost.
         """
-        files = [path for path in self._files() if not record_files.is_packed(path)]
-        for path in files:
+        growing = [path for path in self._files() if not files.is_packed(path)]
+        for path in growing:
             for _ in self._decoded(path):  # what is no record is named before anything moves
                 pass
-        for path in files:
-            apart = record_files.set_apart(path) if path.suffix == ".jsonl" else path
-            record_files.pack(apart, self._decoded(apart))
-        record_files.tidy(self.records_folder)
-        return len(files)
+        for path in growing:
+            apart = files.set_apart(path) if path.suffix == ".jsonl" else path
+            files.pack_lines(apart, self._decoded(apart))
+        files.tidy_folder(self.records_folder)
+        return len(growing)
 
     def size(self) -> int:
         """What all records take on the disk [bytes]."""
-        return sum(record_files.size(path) for path in self._files())
+        return sum(files.size_of(path) for path in self._files())
 
     def require_some(self) -> None:
         """Make sure that there are records.
@@ -179,11 +194,11 @@ class Store:
             )
 
     def _files(self) -> list[Path]:
-        return record_files.listed(self.records_folder)
+        return files.list_files(self.records_folder)
 
     def _lines(self, path: Path) -> Iterator[tuple[bytes, str]]:
         """The lines of a file that say something, without newlines, and where each stands."""
-        for number, line in enumerate(record_files.lines(path), start=1):
+        for number, line in enumerate(files.read_lines(path), start=1):
             if not (text := line.rstrip(b"\n")):
                 continue
             if not line.endswith(b"\n") and not _is_whole(line):
@@ -192,13 +207,13 @@ class Store:
             yield text, f"{path}:{number}"
 
     def _table(self, path: Path) -> "polars.DataFrame":
-        if record_files.is_packed(path):
-            return record_files.table(path)
-        return frame.of(record for _, record in self._decoded(path))
+        if files.is_packed(path):
+            return files.packed_table(path)
+        return records_table(record for _, record in self._decoded(path))
 
     def _decoded(self, path: Path) -> Iterator[tuple[bytes, Any]]:
         """The lines of a file with what they say, which has the attributes of a ``Record``."""
-        decode = frame.decoder().decode
+        decode = record_decoder().decode
         for line, place in self._lines(path):
             try:
                 yield line, decode(line)

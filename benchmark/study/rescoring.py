@@ -1,6 +1,7 @@
 """Episodes with action logs: run one and keep its commands, or score the commands again."""
 
 from collections.abc import Iterator
+from collections.abc import Set as AbstractSet
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -85,7 +86,7 @@ def check_scenario(log: ActionLog) -> None:
     name = log.record.scenario
     if not is_shipped(name):
         return
-    (shipped,) = catalogue.find([name])
+    (shipped,) = catalogue.find_scenarios([name])
     if shipped.hash != log.record.scenario_hash:
         raise ActionLogError(
             f"{log.path}: of another {name} (hash {log.record.scenario_hash[:12]}) than the one "
@@ -94,9 +95,17 @@ def check_scenario(log: ActionLog) -> None:
         )
 
 
-def differences(original: Record, again: Record) -> list[str]:
-    """Where two records of an episode differ, as in ``trips.arrived: 40 there, 41 now``."""
-    first, second = (one.model_dump(exclude=VARIES) for one in (original, again))
+def differences(
+    original: Record, again: Record, besides: AbstractSet[str] = frozenset()
+) -> list[str]:
+    """Where two records of an episode differ, as in ``trips.arrived: 40 there, 41 now``.
+
+    Args:
+        original: one of them.
+        again: the other.
+        besides: fields that may differ besides ``VARIES``.
+    """
+    first, second = (record.model_dump(exclude=VARIES | besides) for record in (original, again))
     return list(_differing(first, second, ""))
 
 

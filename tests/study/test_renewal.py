@@ -1,0 +1,72 @@
+"""Records of earlier code count for today's where a sample comes out equal, and only there."""
+
+import random
+from pathlib import Path
+
+import pytest
+from factories.scenarios import smoke
+
+from benchmark.plumbing.errors import StoreError
+from benchmark.records.record import Record
+from benchmark.records.store import Store
+from benchmark.study.episode import Episode, run
+from benchmark.study.pool import LocalPool
+from benchmark.study.renewal import renew, sample_of
+
+EPISODES = [
+    Episode(smoke("tee"), controller, rate, seed)
+    for controller, rate in (("traffic-light", None), ("first-come", 0.5))
+    for seed in (1, 2)
+]
+
+
+@pytest.fixture(scope="module")
+def records() -> list[Record]:
+    """Of code that kept no identities."""
+    return [run(episode).model_copy(update={"identity": None}) for episode in EPISODES]
+
+
+def test_a_sample_has_as_many_of_every_cell_as_asked_for() -> None:
+    draw = random.Random(1)
+    assert len(sample_of(EPISODES, 1, draw)) == 2
+    assert len({episode.key[:4] for episode in sample_of(EPISODES, 1, draw)}) == 2
+    assert sorted(map(repr, sample_of(EPISODES, 9, draw))) == sorted(map(repr, EPISODES))
+
+
+def test_all_records_of_cells_that_come_out_equal_have_the_identity(records: list[Record]) -> None:
+    sample = sample_of(EPISODES, 1, random.Random(1))
+    renewal = renew(EPISODES, sample, records, LocalPool(1))
+    assert (renewal.sampled, renewal.differing) == (2, {})
+    renewed = [renewal.applied(record) for record in records]
+    assert [record.identity for record in renewed] == [episode.identity for episode in EPISODES]
+    assert [record.model_copy(update={"identity": None}) for record in renewed] == records
+
+
+def test_a_cell_in_which_a_figure_differs_stays_as_it_is(records: list[Record]) -> None:
+    trips = records[2].trips
+    assert trips is not None
+    changed = {"trips": trips.model_copy(update={"arrived": trips.arrived + 1})}
+    others = [*records[:2], *(record.model_copy(update=changed) for record in records[2:])]
+    renewal = renew(EPISODES, EPISODES[::2], others, LocalPool(1))
+    ((place, differences),) = renewal.differing.items()
+    assert place == EPISODES[2].key[:4]
+    assert differences[0].startswith("trips.arrived: ")
+    assert [renewal.applied(record).identity is None for record in others] == [
+        *(False, False),
+        *(True, True),
+    ]
+
+
+def test_records_are_changed_where_they_stand(records: list[Record], tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    with store.writing():
+        for record in records:
+            store.append(record)
+        store.rewrite(lambda record: record.model_copy(update={"identity": "f" * 64}))
+    changed = store.read()
+    assert {record.identity for record in changed} == {"f" * 64}
+    assert [record.episode for record in changed] == [record.episode for record in records]
+    with store.writing():
+        store.compact()
+    with pytest.raises(StoreError, match="packed; only records in JSON Lines can be changed"):
+        store.rewrite(lambda record: record)
