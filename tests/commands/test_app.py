@@ -65,9 +65,6 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-# --- what works ------------------------------------------------------------------------------
-
-
 def test_version_names_the_benchmark_and_sumo(command: Command) -> None:
     assert command("--version").stdout == f"rightofway {__version__}, SUMO 1.28.0\n"
 
@@ -276,8 +273,6 @@ def test_without_arguments_it_says_what_it_can_do(command: Command) -> None:
     assert "leaderboard" in done.stdout + done.stderr
 
 
-# --- bad input: exit code 2 and one message ----------------------------------------------------
-
 GREENS = {"signal.phases.1.movements": ["N-C", "S-C", "W-L"]}
 TWO_FAULTS = {"evaluation.duraton": 60, "intersection.speed_cap": -1}
 
@@ -412,9 +407,6 @@ def test_a_cache_that_cannot_be_written_is_named_with_the_variable(
     assert done.stderr.count("error:") == 1
     assert "file/cache" in done.stderr
     assert "set RIGHTOFWAY_CACHE to a folder you can write" in done.stderr
-
-
-# --- controllers that misbehave ----------------------------------------------------------------
 
 
 @pytest.fixture

@@ -44,9 +44,6 @@ def _no_summary(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("GITHUB_STEP_SUMMARY", raising=False)
 
 
-# --- a repository whose controller changes ---------------------------------------------------
-
-
 class Project:
     """A folder with a suite, scenarios, a controller and its reference."""
 
@@ -246,9 +243,6 @@ def test_a_reference_is_made_of_committed_code_and_episodes_that_are_ok(project:
     assert made["command"] == (
         f"rightofway {' '.join(update)} --allow-dirty --allow-failures --workers 1"
     )
-
-
-# --- without running -------------------------------------------------------------------------
 
 
 def stored(folder: Path, records: Iterable[Record]) -> Path:

@@ -114,9 +114,6 @@ def assert_as(out: Path, undisturbed: Path) -> None:
         assert (out / name).read_bytes() == (undisturbed / name).read_bytes()
 
 
-# --- to go on ---------------------------------------------------------------------------------
-
-
 def test_what_is_held_is_not_run_again_but_with_force(undisturbed: Path, tmp_path: Path) -> None:
     first = (*STUDY, "--seed", "3")
     seeds = tuple(one for one in first if one not in ("--seeds", "8"))
@@ -182,9 +179,6 @@ def test_what_crashed_is_run_again_and_what_failed_is_named_again(
         assert "raises-in-reset: 1 failed: reset raised KeyError" in said
 
 
-# --- one at a time, and the disk --------------------------------------------------------------
-
-
 def test_a_second_command_on_the_folder_is_refused_and_does_no_harm(
     tmp_path: Path, hostile: Path
 ) -> None:
@@ -240,9 +234,6 @@ def test_a_controller_that_takes_all_memory_costs_only_its_episodes(
     assert "MemoryError" in found["devours", "failed"]
 
 
-# --- Ctrl-C -----------------------------------------------------------------------------------
-
-
 def test_ctrl_c_lets_running_episodes_finish_and_says_how_to_go_on(
     tmp_path: Path, hostile: Path
 ) -> None:
@@ -280,9 +271,6 @@ def test_a_second_ctrl_c_stops_at_once(tmp_path: Path, hostile: Path) -> None:
     assert f"stopped; 1 of 2 records are in {tmp_path}/records; the same command goes on" in said
     assert "Traceback" not in said
     assert [one["status"] for one in records(tmp_path)] == ["ok"]
-
-
-# --- what it tells ----------------------------------------------------------------------------
 
 
 def test_every_failure_is_named_with_the_command_that_shows_it_alone(

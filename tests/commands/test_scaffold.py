@@ -131,9 +131,6 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         scaffold.controller("mine", tmp_path / "gone")
 
 
-# --- what is shipped ---------------------------------------------------------------------------
-
-
 def test_wheel_and_source_carry_templates_suites_and_scenarios(built: Path) -> None:
     (wheel,) = built.glob("*.whl")
     (source,) = built.glob("*.tar.gz")

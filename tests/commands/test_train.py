@@ -291,9 +291,6 @@ def test_an_unknown_name_suggests_the_nearest(tmp_path: Path) -> None:
     assert (code, said) == (2, 'error: nothing trains "wong"; did you mean "wang"?\n')
 
 
-# --- it learns ---------------------------------------------------------------------------------
-
-
 def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path: Path) -> None:
     settings = (
         *("learner.hidden=[64,64]", "learner.atoms=1", "learner.discount=0.9"),

@@ -71,9 +71,6 @@ def test_a_log_is_replaced_and_told_from_that_of_every_other_episode(tmp_path: P
     assert all(Path(one).name == one and len(one) < 200 for one in names)
 
 
-# --- what is refused -----------------------------------------------------------------------------
-
-
 def message(path: Path) -> str:
     with pytest.raises(ActionLogError) as caught:
         action_log.read(path)

@@ -45,7 +45,7 @@ def test_earlier_records_of_the_same_rate_count_more_than_those_of_others() -> N
         took(50.0, dataclasses.replace(ONE, controller="first-come")),
     ]
     others = [ONE, dataclasses.replace(ONE, rate=0.2), dataclasses.replace(ONE, rate=0.9)]
-    assert estimates(others, table.of(records)) == [3.0, 35.0, 99.0]
+    assert estimates(others, table.records_table(records)) == [3.0, 35.0, 99.0]
 
 
 @given(st.lists(st.sampled_from([0.5, 1.0, 2.0]), max_size=8))

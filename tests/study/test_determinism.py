@@ -13,10 +13,11 @@ from benchmark.control.state import TrafficState
 from benchmark.records.record import Record
 from benchmark.scenario.scenario import Scenario
 from benchmark.study.episode import Episode, run
-from benchmark.study.episodes import episodes, run_all
+from benchmark.study.episodes import all_episodes
+from benchmark.study.pool import LocalPool
 
-CHOSEN = episodes([smoke("asymmetric")], sorted(plugins.discovered()), [0.5], [3])
-OTHERS = episodes(
+CHOSEN = all_episodes([smoke("asymmetric")], sorted(plugins.discovered()), [0.5], [3])
+OTHERS = all_episodes(
     [smoke("tee"), smoke("asymmetric")], ["virtual-signal", "unsignalised"], [0.7], [4]
 )
 KRAUSS = parsed({"vehicles.car.car_following": {"model": "Krauss"}, "vehicles.car.share": 1.0})
@@ -31,9 +32,6 @@ def reference() -> dict[str, str]:
     return found
 
 
-# --- equal records -----------------------------------------------------------------------------
-
-
 def test_again_in_one_process_in_another_order_after_other_episodes() -> None:
     first = reference()
     again = [record for one in reversed(CHOSEN) for record in (*map(run, OTHERS[:1]), run(one))]
@@ -46,7 +44,8 @@ def test_in_worker_processes_with_other_hash_seeds(
 ) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", hash_seed)  # the order of sets of texts depends on it
     order = [*OTHERS, *CHOSEN] if hash_seed == "1" else [*reversed(CHOSEN), *OTHERS]
-    found = lines(run_all(order, workers=int(hash_seed)))
+    records = [record for _, record in LocalPool(int(hash_seed)).run(order)]
+    found = lines(records)
     assert found.items() >= reference().items()
 
 
@@ -58,8 +57,6 @@ def test_drivers_with_imperfection_repeat_too_and_differ_by_seed() -> None:
     assert once(1) == once(1)
     assert once(1).partition('"junctions"')[2] != once(2).partition('"junctions"')[2]
 
-
-# --- equal conditions --------------------------------------------------------------------------
 
 Driver = tuple[str, float, tuple[str, ...], float]
 """Class, speed factor, route, wanted departure [s]."""

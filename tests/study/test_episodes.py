@@ -7,13 +7,15 @@ from pathlib import Path
 
 import psutil
 import pytest
+from factories.processes import PATIENCE
 from factories.scenarios import smoke
 from plugins import install
 
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
 from benchmark.study.episode import Episode
-from benchmark.study.episodes import episodes, run_all
+from benchmark.study.episodes import all_episodes
+from benchmark.study.pool import LocalPool
 
 TIME_LIMIT = 5.0  # s; an episode here takes a tenth of a second, a worker's start one
 DOOMED = {
@@ -40,20 +42,17 @@ def _hostile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     plugins.discovered.cache_clear()
 
 
-# --- which episodes ---------------------------------------------------------------------------
-
-
 def test_episodes_are_ordered_by_scenario_controller_rate_and_seed() -> None:
     scenarios = [smoke("tee"), smoke("crossing")]
     controllers, rates, seeds = ["virtual-signal", "first-come"], [0.7, 0.2], [3, 1]
-    found = episodes(scenarios, controllers, rates, seeds)
+    found = all_episodes(scenarios, controllers, rates, seeds)
     wanted = product([one.name for one in scenarios], controllers, rates, seeds)
     assert [(e.scenario.name, e.controller, e.rate, e.seed) for e in found] == list(wanted)
 
 
 def test_a_controller_that_commands_no_vehicle_runs_once_for_all_rates() -> None:
     names = ["traffic-light", "virtual-signal", "unsignalised"]
-    found = episodes([smoke("tee")], names, [0.2, 0.7], [1])
+    found = all_episodes([smoke("tee")], names, [0.2, 0.7], [1])
     assert [(e.controller, e.rate) for e in found] == [
         ("traffic-light", None),
         ("virtual-signal", 0.2),
@@ -63,13 +62,13 @@ def test_a_controller_that_commands_no_vehicle_runs_once_for_all_rates() -> None
 
 
 def test_rates_and_seeds_default_to_the_scenarios_own() -> None:
-    found = episodes([smoke("tee")], ["virtual-signal"], None, None)
+    found = all_episodes([smoke("tee")], ["virtual-signal"], None, None)
     assert [(e.rate, e.seed) for e in found] == [(0.5, 1), (0.5, 2)]
 
 
 def test_an_unknown_controller_is_refused_before_anything_runs() -> None:
     with pytest.raises(ControllerError, match='"first-cone"; did you mean "first-come"'):
-        episodes([smoke("tee")], ["virtual-signal", "first-cone"], None, None)
+        all_episodes([smoke("tee")], ["virtual-signal", "first-cone"], None, None)
 
 
 @pytest.mark.parametrize(
@@ -85,9 +84,6 @@ def test_a_plugin_that_cannot_be_loaded_is_refused_by_name(name: str, reason: st
         plugins.load(name)
 
 
-# --- worker processes -------------------------------------------------------------------------
-
-
 def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_complete(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -95,7 +91,7 @@ def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_c
     good = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(len(DOOMED))]
     bad = [Episode(smoke("crossing"), name, 0.5, 1) for name in DOOMED]
     chosen = [one for pair in zip(bad, good, strict=True) for one in pair]
-    records = list(run_all(chosen, workers=2, time_limit=TIME_LIMIT))
+    records = [record for _, record in LocalPool(2, TIME_LIMIT).run(chosen)]
     assert Counter((one.controller, one.seed) for one in records) == Counter(
         (one.controller, one.seed) for one in chosen
     )
@@ -110,7 +106,7 @@ def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_c
 def test_commands_to_humans_are_counted_and_change_nothing() -> None:
     names = ("commands-humans", "mutates-state")
     chosen = [Episode(smoke("asymmetric"), name, 0.5, 1) for name in names]
-    records = {one.controller: one for one in run_all(chosen, workers=1)}
+    records = {record.controller: record for _, record in LocalPool(1).run(chosen)}
     refused, quiet = (records[name].junctions["intersection"] for name in names)
     assert refused.refused_commands > 100
     assert refused.refusals[0].startswith("commands-humans: Go refused: the vehicle is not")
@@ -120,16 +116,17 @@ def test_commands_to_humans_are_counted_and_change_nothing() -> None:
 
 
 def test_a_controller_cannot_change_what_it_receives() -> None:
-    (record,) = run_all([Episode(smoke("tee"), "mutates-state", 0.5, 1)], workers=1)
+    episode = Episode(smoke("tee"), "mutates-state", 0.5, 1)
+    ((_, record),) = LocalPool(1).run([episode])
     assert (record.status, record.reason) == ("ok", None)
     assert record.scenario_hash == smoke("tee").hash
 
 
 def test_a_suite_that_is_stopped_early_leaves_no_worker_behind() -> None:
     chosen = [Episode(smoke("tee"), name, 0.5, 1) for name in ("virtual-signal", "hangs")]
-    running = run_all(chosen, workers=2)
-    assert next(running).controller == "virtual-signal"
-    running.close()  # type: ignore[attr-defined]
+    running = LocalPool(2).run(chosen)
+    assert next(running)[0].controller == "virtual-signal"
+    running.close()
     children = psutil.Process().children(recursive=True)
     workers = [one for one in children if "spawn_main" in str(one.cmdline())]
-    assert not psutil.wait_procs(workers, timeout=10)[1]
+    assert not psutil.wait_procs(workers, timeout=PATIENCE)[1]

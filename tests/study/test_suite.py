@@ -29,7 +29,9 @@ def test_the_shipped_suite_asks_for_the_papers_intersections_rates_and_baselines
 def test_the_suite_smoke_comes_before_the_folder_of_its_name_and_runs_all_of_it() -> None:
     suite = found("smoke")
     assert [one.name for one in suite.load_scenarios()] == SMOKE
-    assert [one.name for one in catalogue.find_scenarios(["smoke"])] == SMOKE  # where suites are no matter
+    assert [
+        one.name for one in catalogue.find_scenarios(["smoke"])
+    ] == SMOKE  # where suites are no matter
     assert suite.seeds == 2
     assert {"traffic-light", "virtual-signal"} <= {*suite.checked_controllers()}
 
