@@ -61,7 +61,9 @@ results: .venv/installed
 
 # The results as figures, with their captions: results/figures.
 figures: .venv/installed
-	$(BIN)/rightofway figures --records results --training results/training
+	$(BIN)/rightofway figures --records results --training results/training --controller wang \
+		--controller wang-tuned --controller hierarchical --controller hierarchical-tuned \
+		--controller time-windows
 
 # The results as pages, with a replay of each intersection, and pictures of them for the README.
 site: .venv/installed

@@ -24,7 +24,7 @@ class Leaderboard:
     """The leaderboard of records; a notebook shows a table of waiting for each rate.
 
     Args:
-        rows: as ``benchmark.records.leaderboard.rows`` gives them.
+        rows: as ``benchmark.records.leaderboard.rows_of`` gives them.
     """
 
     def __init__(self, rows: Sequence[Row]) -> None:
@@ -33,7 +33,7 @@ class Leaderboard:
     @classmethod
     def of(cls, records: Iterable[Record]) -> "Leaderboard":
         """That of some records."""
-        return cls(leaderboard.rows(records))
+        return cls(leaderboard.rows_of_records(records))
 
     @classmethod
     def read(cls, results: Path | str) -> "Leaderboard":
@@ -42,7 +42,7 @@ class Leaderboard:
         Raises:
             StoreError: the folder holds no records, or a line is not a record.
         """
-        return cls(leaderboard.of(Store(Path(results)).table()))
+        return cls(leaderboard.rows_of(Store(Path(results)).table()))
 
     @property
     def rates(self) -> list[float]:
@@ -55,8 +55,8 @@ class Leaderboard:
         return f"Leaderboard({controllers} controllers on {scenarios} scenarios)"
 
     def _repr_markdown_(self) -> str:
-        parts = [tables.summary(self.rows, rate) for rate in self.rates]
-        return "\n".join(parts) or tables.markdown(self.rows)
+        parts = [tables.table_at_rate(self.rows, rate) for rate in self.rates]
+        return "\n".join(parts) or tables.leaderboard_markdown(self.rows)
 
     def _repr_html_(self) -> str:
         from markdown_it import MarkdownIt

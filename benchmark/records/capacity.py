@@ -1,10 +1,15 @@
 """Records of one scenario at many demands -> at which demand it jams, by controller and rate."""
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import takewhile
+from typing import TYPE_CHECKING
 
-from benchmark.records.record import Record, told_apart
+from benchmark.records.samples import cells_of
+
+if TYPE_CHECKING:
+    import polars
 
 JAMMED = 2 / 3  # of the demand; where fewer get through, the intersection has jammed
 
@@ -25,48 +30,52 @@ class Curve:
 
         None where the smallest demand already jams.
         """
-        found = None
-        for demand, share in sorted(self.jammed.items()):
-            if share > 0.5:
-                break
-            found = demand
-        return found
+        holding = takewhile(lambda item: item[1] <= 0.5, sorted(self.jammed.items()))
+        return max((demand for demand, _ in holding), default=None)
 
 
-def curves(records: Iterable[Record]) -> list[Curve]:
-    """The curves of all scenarios that were run at demands of their own, as in ``334@700``."""
-    newest = {one.episode: one for one in told_apart(records) if one.status == "ok"}
-    cells: dict[tuple[str, str, float | None], dict[float, list[bool]]] = defaultdict(
-        lambda: defaultdict(list)
-    )
-    for record in newest.values():
-        scenario, at, demand = record.scenario.rpartition("@")
-        if at:
-            key = (scenario, record.controller, record.rate)
-            cells[key][float(demand)].append(_jammed(record, float(demand)))
+def capacity_curves(
+    table: "polars.DataFrame", notice: Callable[[str], None] = lambda message: None
+) -> list[Curve]:
+    """The curves of all scenarios that were run at demands of their own, as in ``334@700``.
+
+    Args:
+        table: that ``benchmark.records.table`` made.
+        notice: told which scenarios are left out.
+    """
+    jams: dict[tuple[str, str, float | None], dict[float, list[bool]]] = {}
+    left_out = set()
+    samples = dict.fromkeys((cell.sample, cell.network is None) for cell in cells_of(table))
+    for sample, is_alone in samples:
+        group = sample.group
+        scenario, at, total = group.scenario.rpartition("@")
+        if at and is_alone and len(sample.seeds):
+            by_demand = jams.setdefault((scenario, group.controller, group.rate), {})
+            _, passed = sample.values("throughput")
+            by_demand.setdefault(float(total), []).extend((passed < JAMMED * float(total)).tolist())
+        elif at and not is_alone:
+            left_out.add(scenario)
+    for scenario in sorted(left_out):
+        notice(f"{scenario}: has several junctions, each of which only a part of the demand passes")
+    order = sorted(jams, key=lambda key: (key[0], key[1], -1.0 if key[2] is None else key[2]))
     return [
         Curve(
             *key,
-            jammed={demand: sum(jams) / len(jams) for demand, jams in sorted(by_demand.items())},
-            seeds=min(map(len, by_demand.values())),
+            jammed={
+                demand: sum(jammed) / len(jammed) for demand, jammed in sorted(jams[key].items())
+            },
+            seeds=min(map(len, jams[key].values())),
         )
-        for key, by_demand in sorted(
-            cells.items(), key=lambda cell: (*cell[0][:2], -1 if cell[0][2] is None else cell[0][2])
-        )
+        for key in order
     ]
 
 
-def _jammed(record: Record, demand: float) -> bool:
-    passed = sum(junction.throughput for junction in record.junctions.values())
-    return passed < JAMMED * demand
-
-
-def markdown(found: Iterable[Curve]) -> str:
+def capacity_markdown(curves: Iterable[Curve]) -> str:
     """The curves as Markdown tables, one for each scenario; ends in a newline."""
     from tabulate import tabulate
 
     by_scenario: dict[str, list[Curve]] = defaultdict(list)
-    for curve in found:
+    for curve in curves:
         by_scenario[curve.scenario].append(curve)
     lines = []
     for scenario, members in by_scenario.items():

@@ -18,34 +18,34 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmark.plumbing.errors import StoreError
-from benchmark.records import table as frame
+from benchmark.records.table import join_tables, record_decoder, records_table, table_schema
 
 if TYPE_CHECKING:
     import polars
 
 PART = 50_000  # records of one file in a packed folder: what is in memory at a time
 FILE = re.compile(r"(?P<name>.*?)(\.(?P<number>\d+)\.(?P<kind>lines|parquet)|\.jsonl)")
-COLUMNS = "rightofway columns"  # of the metadata: those that were known when it was packed
+KNOWN = "rightofway columns"  # in the metadata: those of the table when it was packed
 
 
-def listed(folder: Path) -> list[Path]:
+def list_files(folder: Path) -> list[Path]:
     """The files that hold records, by name, older ones first."""
     packed: dict[tuple[str, int], Path] = {}
     growing: dict[tuple[str, int], Path] = {}
     for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        if found := FILE.fullmatch(path.name):
-            if found["kind"]:  # sorted, so that Parquet takes the place of its lines
-                packed[found["name"], int(found["number"])] = path
+        if name := FILE.fullmatch(path.name):
+            if name["kind"]:  # sorted, so that Parquet takes the place of its lines
+                packed[name["name"], int(name["number"])] = path
             else:
-                growing[found["name"], 10**9] = path
+                growing[name["name"], 10**9] = path
     every = packed | growing
     return [every[key] for key in sorted(every)]
 
 
-def name_of(path: Path) -> str:
+def stem_of(path: Path) -> str:
     """What files that hold the records of the same scenarios have in common."""
-    found = FILE.fullmatch(path.name)
-    return found["name"] if found else path.name
+    name = FILE.fullmatch(path.name)
+    return name["name"] if name else path.name
 
 
 def is_packed(path: Path) -> bool:
@@ -53,13 +53,13 @@ def is_packed(path: Path) -> bool:
     return path.suffix == ".parquet"
 
 
-def size(path: Path) -> int:
+def size_of(path: Path) -> int:
     """What a file or packed folder takes on the disk [bytes]."""
     parts = _parts(path) if is_packed(path) else [path]
     return sum(part.stat().st_size for part in parts)
 
 
-def lines(path: Path) -> Iterator[bytes]:
+def read_lines(path: Path) -> Iterator[bytes]:
     """The lines of a file, with their newlines.
 
     Raises:
@@ -77,11 +77,11 @@ def lines(path: Path) -> Iterator[bytes]:
         raise StoreError(f"{path}: cannot read records: {error.strerror or error}") from error
 
 
-def table(path: Path) -> "polars.DataFrame":
+def packed_table(path: Path) -> "polars.DataFrame":
     """The table of a packed file.
 
     Raises:
-        StoreError: it cannot be read, or is not what ``pack`` wrote.
+        StoreError: it cannot be read, or is not what ``pack_lines`` wrote.
     """
     import polars
     from polars.exceptions import PolarsError
@@ -89,19 +89,19 @@ def table(path: Path) -> "polars.DataFrame":
     parts = []
     try:
         for part in _parts(path):
-            known = json.loads(polars.read_parquet_metadata(part).get(COLUMNS, "null"))
-            if known == [*frame.schema()]:
+            known = json.loads(polars.read_parquet_metadata(part).get(KNOWN, "null"))
+            if known == [*table_schema()]:
                 parts.append(polars.read_parquet(part, columns=known))
             else:  # of another version; the lines tell all
-                parts.append(frame.of(map(frame.decoder().decode, _column(part, "line"))))
+                parts.append(records_table(map(record_decoder().decode, _column(part, "line"))))
     except (OSError, PolarsError, ValueError) as error:
         raise StoreError(
             f"{path}: cannot read packed records: {error}; restore it from a copy"
         ) from error
-    return frame.joined(parts)
+    return join_tables(parts)
 
 
-def pack(path: Path, records: Iterable[tuple[bytes, Any]]) -> None:
+def pack_lines(path: Path, records: Iterable[tuple[bytes, Any]]) -> None:
     """Turn the lines of a file that was set apart into Parquet, and remove it.
 
     Args:
@@ -116,8 +116,8 @@ def pack(path: Path, records: Iterable[tuple[bytes, Any]]) -> None:
         shutil.rmtree(draft, ignore_errors=True)
         draft.mkdir()
         rest, number = iter(records), 0
-        while some := [*islice(rest, PART)]:
-            _write(draft / f"{number:06}.parquet", some)
+        while batch := [*islice(rest, PART)]:
+            _write_part(draft / f"{number:06}.parquet", batch)
             number += 1
         written = (line for part in _parts(draft) for line in _column(part, "line"))
         for before, after in zip_longest(_whole(path), written):
@@ -136,15 +136,15 @@ def pack(path: Path, records: Iterable[tuple[bytes, Any]]) -> None:
 def set_apart(path: Path) -> Path:
     """Let a growing file grow no more; its new path."""
     name = path.name.removesuffix(".jsonl")
-    others = (FILE.fullmatch(one.name) for one in path.parent.iterdir())
-    numbers = [int(one["number"]) for one in others if one and one["kind"] and one["name"] == name]
+    others = filter(None, (FILE.fullmatch(file.name) for file in path.parent.iterdir()))
+    numbers = [int(other["number"]) for other in others if other["kind"] and other["name"] == name]
     apart = path.with_name(f"{name}.{max(numbers, default=0) + 1}.lines")
     path.rename(apart)
     _sync(apart.parent)
     return apart
 
 
-def tidy(folder: Path) -> None:
+def tidy_folder(folder: Path) -> None:
     """Remove what a break-off left behind: lines that are packed, and drafts."""
     for path in sorted(folder.iterdir()):
         if path.suffix == ".draft":
@@ -153,20 +153,22 @@ def tidy(folder: Path) -> None:
             path.unlink()
 
 
-def _write(part: Path, some: Iterable[tuple[bytes, Any]]) -> None:
+def _write_part(part: Path, batch: Iterable[tuple[bytes, Any]]) -> None:
     import polars
 
-    lines, records = zip(*some, strict=True)
-    rows = frame.of(records)
+    lines, records = zip(*batch, strict=True)
+    rows = records_table(records)
     first = rows["record"].is_first_distinct()
-    texts = polars.DataFrame({"record": range(len(lines)), "line": [one.decode() for one in lines]})
+    texts = polars.DataFrame(
+        {"record": range(len(lines)), "line": [line.decode() for line in lines]}
+    )
     # the line stands beside the first of its junctions
     rows = rows.with_columns(first=first).join(
         texts, on="record", how="left", maintain_order="left"
     )
     line = polars.when("first").then("line").alias("line")
-    rows.select(*frame.schema(), line).write_parquet(
-        part, compression="zstd", metadata={COLUMNS: json.dumps([*frame.schema()])}
+    rows.select(*table_schema(), line).write_parquet(
+        part, compression="zstd", metadata={KNOWN: json.dumps([*table_schema()])}
     )
     with part.open("rb") as file:
         os.fsync(file.fileno())
@@ -184,7 +186,8 @@ def _column(part: Path, name: str) -> list[str]:
 
 
 def _whole(path: Path) -> Iterator[bytes]:
-    return (line for one in lines(path) if (line := one.rstrip(b"\n")))
+    stripped = (line.rstrip(b"\n") for line in read_lines(path))
+    return (line for line in stripped if line)
 
 
 def _sync(folder: Path) -> None:

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from benchmark.records import samples as cells
-from benchmark.records import table as frame
 from benchmark.records.measures import HEADLINE
 from benchmark.records.record import Record
-from benchmark.records.samples import Cell, Floats, Group, Sample
+from benchmark.records.samples import Cell, Floats, Group, Sample, cells_of
 from benchmark.records.statistics import Estimate, estimates
-from benchmark.records.table import FIGURES
+from benchmark.records.table import FIGURES, NETWORK, records_table
 
 if TYPE_CHECKING:
     import polars
@@ -39,75 +37,67 @@ class Row:
     marks: tuple[str, ...] = ()
     other: dict[str, int] = field(default_factory=dict)  # episodes that are not ok, by status
     status: Status = "ok"
-    reasons: tuple[
-        str, ...
-    ] = ()  # why it is not ok: marks, training seeds, what became of episodes
+    reasons: tuple[str, ...] = ()
+    """Why it is not ok: marks, training seeds, what became of episodes."""
+
+    junction: str | None = None
+    """Of several; ``NETWORK`` for the whole network, whose figures are those of whole trips."""
 
     @property
     def headline(self) -> Estimate | None:
         """Average waiting time [s]."""
         return self.figures.get(HEADLINE.key)
 
+    @property
+    def is_of_network(self) -> bool:
+        """Whether it is of the network of several junctions, which has no headline."""
+        return self.junction == NETWORK
 
-Values = dict[int, float]  # seed -> value
-Samples = dict[str, Values]  # column -> values
+
+def rows_of_records(records: Iterable[Record]) -> list[Row]:
+    """The leaderboard of records, oldest first."""
+    return rows_of(records_table(records))
 
 
-def rows(records: Iterable[Record]) -> list[Row]:
-    """The leaderboard: by scenario and rate, least waiting first.
+def rows_of(table: "polars.DataFrame") -> list[Row]:
+    """The leaderboard of a table: by scenario and rate, least waiting first.
 
     The newest record of an episode counts. A controller that commands no vehicle stands at every
     rate. Rows without a single episode that is ok stand last; nothing is left out.
     """
-    return of(frame.of(records))
-
-
-def of(table: "polars.DataFrame") -> list[Row]:
-    """The same, from a table that ``benchmark.records.table`` made."""
-    every = cells.of(table)
-    figures = _figures(one.sample for one in every)
-    references = {one.place: one for one in every if one.sample.group.controller == REFERENCE}
-    paired = [_paired(one, references.get(one.place)) for one in every]
+    cells = cells_of(table)
+    figures = _figures(cell.sample for cell in cells)
+    references = {cell.place: cell for cell in cells if cell.sample.group.controller == REFERENCE}
+    paired = [_difference(cell, references.get(cell.place)) for cell in cells]
     differences = iter(estimates(values for values in paired if len(values)))
-    found = []
-    for one, values in zip(every, paired, strict=True):
-        beside = references.get(one.place)
-        found.append(
-            _row(
-                one,
-                figures[one.sample],
-                next(differences) if len(values) else None,
-                figures[beside.sample] if beside else {},
-            )
+    rows = [
+        _row(
+            cell,
+            references.get(cell.place),
+            figures,
+            next(differences) if len(values) else None,
         )
-    return sorted(found, key=_order)
+        for cell, values in zip(cells, paired, strict=True)
+    ]
+    return sorted(rows, key=_order)
 
 
-def samples(records: Iterable[Record]) -> dict[tuple[str, float | None, str], Samples]:
-    """The values by seed behind each row, by its scenario, rate and controller."""
-    found = {}
-    for one in cells.of(frame.of(records)):
-        by_column = {}
-        for index, key in enumerate(FIGURES):
-            seeds, values = one.sample.values(index)
-            by_column[key] = dict(zip(seeds.tolist(), values.tolist(), strict=True))
-        found[one.scenario, one.rate, one.sample.group.controller] = by_column
-    return found
+Figures = dict[str, Estimate]
 
 
-def _figures(every: Iterable[Sample]) -> dict[Sample, dict[str, Estimate]]:
-    """The estimates of each column that has values."""
+def _figures(samples: Iterable[Sample]) -> dict[Sample, Figures]:
+    """The estimates of each measure that has values."""
     keys, values = [], []
-    for one in dict.fromkeys(every):
-        for index, key in enumerate(FIGURES):
-            _, known = one.values(index)
+    for sample in dict.fromkeys(samples):
+        for key in FIGURES:
+            _, known = sample.values(key)
             if len(known):
-                keys.append((one, key))
+                keys.append((sample, key))
                 values.append(known)
-    found: dict[Sample, dict[str, Estimate]] = defaultdict(dict)
-    for (one, key), estimate in zip(keys, estimates(values), strict=True):
-        found[one][key] = estimate
-    return found
+    figures: dict[Sample, Figures] = defaultdict(dict)
+    for (sample, key), estimate in zip(keys, estimates(values), strict=True):
+        figures[sample][key] = estimate
+    return figures
 
 
 def _order(row: Row) -> tuple[str, str, float, float, str]:
@@ -115,38 +105,45 @@ def _order(row: Row) -> tuple[str, str, float, float, str]:
     return (row.scenario, row.scenario_hash, row.rate or 0.0, waiting, row.controller)
 
 
-def _paired(one: Cell, reference: Cell | None) -> Floats:
+def _difference(cell: Cell, reference: Cell | None) -> Floats:
     """Headline minus the reference's on the seeds that both have."""
-    if reference is None or one.sample.group.controller == REFERENCE:
+    if reference is None or cell.sample.group.controller == REFERENCE:
         return np.empty(0)
-    index = FIGURES.index(HEADLINE.key)
-    (own_seeds, own), (other_seeds, other) = (
-        each.sample.values(index) for each in (one, reference)
-    )
-    _, mine, theirs = np.intersect1d(
-        own_seeds, other_seeds, assume_unique=True, return_indices=True
-    )
-    difference: Floats = own[mine] - other[theirs]
+    own, beside = cell.sample.paired(reference.sample, HEADLINE.key)
+    difference: Floats = own - beside
     return difference
 
 
 def _row(
-    one: Cell,
-    figures: dict[str, Estimate],
+    cell: Cell,
+    reference: Cell | None,
+    figures: dict[Sample, Figures],
     difference: Estimate | None,
-    reference: dict[str, Estimate],
 ) -> Row:
-    group = one.sample.group
-    found = marks(figures, reference)
+    group = cell.sample.group
+    beside = _with_network(reference, figures) if reference else {}
+    found = marks(_with_network(cell, figures), beside)
     reasons = (*found, *_training(group), *_mishaps(group))
     return Row(
-        *(one.scenario, group.scenario_hash, one.rate, group.controller, group.rules),
-        *(figures, difference),
+        scenario=cell.scenario,
+        scenario_hash=group.scenario_hash,
+        rate=cell.rate,
+        controller=group.controller,
+        rules=group.rules,
+        figures=figures[cell.sample],
+        difference=difference,
         marks=found,
         other=dict(group.other),
         status=_status(group.other, group.count, reasons),
         reasons=reasons,
+        junction=cell.sample.junction if cell.network else None,
     )
+
+
+def _with_network(cell: Cell, figures: dict[Sample, Figures]) -> Figures:
+    """The figures of a cell and those of its whole network."""
+    own = figures[cell.sample]
+    return own if cell.network is None else figures[cell.network] | own
 
 
 def _status(other: Counter[str], episodes: int, reasons: Sequence[str]) -> Status:

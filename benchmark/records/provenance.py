@@ -57,7 +57,7 @@ class Provenance(Table):
         return f"suite {self.suite}, {self.made}, {commit}; {numbers}; {self.platform}"
 
 
-def read(path: Path) -> Provenance:
+def read_provenance(path: Path) -> Provenance:
     """Read and validate a ``reference.toml``.
 
     Raises:
@@ -81,7 +81,7 @@ def hash_of(model: BaseModel) -> str:
     return hashlib.sha256(canonical.encode()).hexdigest()
 
 
-def now() -> str:
+def utc_now() -> str:
     """Date and time, UTC, to the second."""
     return datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S")
 
@@ -92,6 +92,6 @@ def this_platform() -> str:
     return ", ".join(part for part in parts if part)
 
 
-def versions(of_records: Versions) -> dict[str, str]:
+def versions_behind(of_records: Versions) -> dict[str, str]:
     """What computed the records."""
     return {**of_records.model_dump(), "numpy": version("numpy")}

@@ -1,6 +1,8 @@
-"""What an episode leaves behind, with units; the schema of the store."""
+"""What an episode leaves behind, with units; the schema of the store.
 
-from collections.abc import Iterable
+`benchmark.records.measures` says what each figure is.
+"""
+
 from typing import Literal
 
 from pydantic import Field
@@ -21,35 +23,33 @@ class Waiting(Entry):
 class JunctionMetrics(Entry):
     """The figures of one intersection over the evaluation window."""
 
-    average_waiting_time: float | None = Field(description="[s], the headline; paper's definition")
-    wang_waiting_time: float | None = Field(description="[s], as Wang's code averages")
+    average_waiting_time: float | None = Field(description="[s]")
+    wang_waiting_time: float | None = Field(description="[s]")
     waiting_time_per_vehicle: Waiting | None
-    waiting_by_kind: dict[str, Waiting] = Field(description="by RV and HV")
+    waiting_by_kind: dict[str, Waiting] = Field(description="of RV and HV")
     waiting_by_class: dict[str, Waiting]
     waiting_by_movement: dict[str, Waiting]
-    throughput: float = Field(description="[veh/h] past the entrance")
+    throughput: float = Field(description="[veh/h]")
     unregulated_lane_ratio: float
     unregulated_lane_curve: tuple[float, ...] = Field(
         description="mean over each ten seconds of the whole episode, warm-up included"
     )
-    lane_changes: int = Field(description="in the control zone")
-    go_held_back: int = Field(description="Go commands the arbitration held back, whole episode")
-    refused_commands: int = Field(description="whole episode")
+    lane_changes: int
+    go_held_back: int
+    refused_commands: int
     refusals: tuple[Words, ...] = Field(description="the most frequent reasons")
 
 
 class TripMetrics(Entry):
     """The figures of whole trips over the evaluation window."""
 
-    time_loss: float | None = Field(description="[s], mean over vehicles on the road in the window")
-    travel_time: float | None = Field(description="[s], mean over vehicles that arrived in it")
-    insertion_delay: float | None = Field(
-        description="[s], mean over vehicles that entered in it or were waiting to enter at the end"
-    )
-    never_inserted: int = Field(description="vehicles still waiting to enter at the end")
-    arrived: int
-    collisions: int = Field(description="unique pairs of vehicles")
-    collisions_with_robot: int = Field(description="of these, pairs with an RV")
+    time_loss: float | None = Field(description="[s]")
+    travel_time: float | None = Field(description="[s]")
+    insertion_delay: float | None = Field(description="[s]")
+    never_inserted: int = Field(description="[veh]")
+    arrived: int = Field(description="[veh]")
+    collisions: int = Field(description="[pairs]")
+    collisions_with_robot: int = Field(description="[pairs]")
     emergency_brakings: int
     co2: float | None = Field(description="[g/km]")
     nox: float | None = Field(description="[mg/km]")
@@ -109,32 +109,3 @@ class Record(Entry):
     def line(self) -> str:
         """The record as a line of JSON."""
         return self.model_dump_json(by_alias=True) + "\n"
-
-    @property
-    def code_hash(self) -> str:
-        """SHA-256 of its controller's code; empty for Right of Way's own, and in older records."""
-        return code_hash(self.controller_from)
-
-
-def code_hash(controller_from: str | None) -> str:
-    """The SHA-256 in what says where a controller came from, empty without one."""
-    return (controller_from or "").partition(" sha256:")[2]
-
-
-def told_apart(records: Iterable[Record]) -> list[Record]:
-    """Records in which a controller's name stands for one code: its hash is added where needed.
-
-    The same code as it was before an edit, and another of the same name, are controllers of their
-    own beside it.
-    """
-    chosen = list(records)
-    versions: dict[str, set[str]] = {}
-    for record in chosen:
-        if record.code_hash:
-            versions.setdefault(record.controller, set()).add(record.code_hash)
-    return [
-        record.model_copy(update={"controller": f"{record.controller} ({record.code_hash[:8]})"})
-        if record.code_hash and len(versions[record.controller]) > 1
-        else record
-        for record in chosen
-    ]

@@ -11,8 +11,7 @@ from pathlib import Path
 
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import StoreError, UsageError
-from benchmark.records import provenance
-from benchmark.records.provenance import Provenance
+from benchmark.records.provenance import Provenance, read_provenance
 from benchmark.records.record import Record
 from benchmark.records.store import Notice, Store
 
@@ -28,7 +27,7 @@ class Reference:
     provenance: Provenance | None  # None for a plain results folder
 
 
-def read(folder: Path, notice: Notice) -> Reference:
+def read_reference(folder: Path, notice: Notice) -> Reference:
     """Read a reference, or a plain results folder as one.
 
     Args:
@@ -48,8 +47,8 @@ def read(folder: Path, notice: Notice) -> Reference:
     if not (folder / FILE).exists():
         notice(f"{folder}: no {FILE}, so nothing says what made these records")
         return Reference(records, None)
-    made = provenance.read(folder / FILE)
-    if (made.episodes, made.records_hash) != (len(records), records_hash(folder)):
+    made = read_provenance(folder / FILE)
+    if (made.episodes, made.records_hash) != (len(records), hash_of_lines(folder)):
         raise StoreError(
             f"{folder}: the records are not those that {FILE} tells of "
             f"({len(records)} instead of {made.episodes}, or changed); {REMEDY}"
@@ -66,7 +65,7 @@ def _refuse(message: str) -> None:
     raise StoreError(f"{message}, but a reference must be whole; {REMEDY}")
 
 
-def records_hash(folder: Path) -> str:
+def hash_of_lines(folder: Path) -> str:
     """SHA-256 of the lines of all records, sorted: the same for any ends of lines and files."""
     lines = (
         line
@@ -86,13 +85,13 @@ def check_target(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"{folder}: is a file; choose another folder with --out")
-    held = {path.name for path in folder.iterdir()} if folder.exists() else set()
-    if held and FILE not in held:
+    names = {path.name for path in folder.iterdir()} if folder.exists() else set()
+    if names and FILE not in names:
         raise UsageError(
-            f"{folder}: holds {min(held)} but no {FILE}, so it is no reference that could be "
+            f"{folder}: holds {min(names)} but no {FILE}, so it is no reference that could be "
             "replaced; choose another folder with --out"
         )
-    if foreign := held - {FILE, "records"}:
+    if foreign := names - {FILE, "records"}:
         raise UsageError(
             f"{folder}: {min(foreign)} is no part of a reference and would be lost; move it away"
         )
@@ -101,7 +100,7 @@ def check_target(folder: Path) -> None:
         files.probe(folder.parent)
 
 
-def write(folder: Path, records: Sequence[Record], made: Provenance) -> None:
+def write_reference(folder: Path, records: Sequence[Record], made: Provenance) -> None:
     """Replace a reference by a new one; the old one stays whole until the new one is.
 
     Args:
@@ -112,15 +111,19 @@ def write(folder: Path, records: Sequence[Record], made: Provenance) -> None:
     Raises:
         StoreError: the disk refuses; the old reference stays.
     """
-    with files.writing(folder, "the reference", StoreError, ""), files.replaced(folder) as draft:
-        _fill(draft, records, made)
+    with files.writing(folder, "the reference", StoreError, ""):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with files.replaced(folder) as draft:
+            _fill(draft, records, made)
 
 
 def _fill(folder: Path, records: Iterable[Record], made: Provenance) -> None:
     store = Store(folder)
     store.prepare()
-    ordered = sorted(records, key=lambda one: (*one.episode[:3], one.rate or 0.0, one.seed))
+    ordered = sorted(
+        records, key=lambda record: (*record.episode[:3], record.rate or 0.0, record.seed)
+    )
     for record in ordered:
         store.append(record.model_copy(update={"wall_time": 0.0}))
-    facts = {"episodes": len(ordered), "records_hash": records_hash(folder)}
+    facts = {"episodes": len(ordered), "records_hash": hash_of_lines(folder)}
     (folder / FILE).write_text(made.model_copy(update=facts).as_toml(), encoding="utf-8")

@@ -3,20 +3,22 @@
 Pure: records in, rows out. What stands in docs/regression.md is decided here.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from itertools import product
 
 import numpy as np
 
-from benchmark.records.measures import COLUMNS, HEADLINE, Column
+from benchmark.records.measures import HEADLINE, MEASURES, Measure
 from benchmark.records.record import Record
+from benchmark.records.samples import newest, records_in
 from benchmark.records.statistics import Estimate, estimates
+from benchmark.records.table import NETWORK, records_table
 
 
 class Verdict(StrEnum):
-    """What became of a row; the most urgent first."""
+    """What became of a finding; the most urgent first."""
 
     NEW_FAILURE = "new failure"  # some episode had a figure and has none now
     WORSE = "worse"
@@ -36,13 +38,13 @@ ScenarioKey = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Row:
+class Finding:
     """One figure of one controller on one scenario at one rate; means are over paired seeds."""
 
     scenario: str  # with the junction, where the scenario has several
     controller: str
     rate: float | None
-    column: Column
+    measure: Measure
     verdict: Verdict
     seeds: int = 0  # that have the figure on both sides
     reference: float | None = None
@@ -59,22 +61,22 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """All rows, the most urgent first."""
+class RegressionCheck:
+    """All findings, the most urgent first."""
 
-    rows: tuple[Row, ...]
+    findings: tuple[Finding, ...]
     limit: float  # as a share: 0.05 for 5 %
 
     @property
     def regressed(self) -> bool:
-        """Whether some row is worse or newly fails."""
-        return any(row.verdict in REGRESSIONS for row in self.rows)
+        """Whether some finding is worse or newly fails."""
+        return any(finding.verdict in REGRESSIONS for finding in self.findings)
 
     @property
     def compared(self) -> bool:
         """Whether some episode with a figure met its counterpart."""
         changed = (Verdict.NEW_FAILURE, Verdict.FIXED)
-        return any(row.seeds or row.verdict in changed for row in self.rows)
+        return any(finding.seeds or finding.verdict in changed for finding in self.findings)
 
     @property
     def exit_code(self) -> int:
@@ -82,18 +84,18 @@ class Comparison:
         return 1 if self.regressed else 0 if self.compared else 2
 
     def counts(self) -> dict[Verdict, int]:
-        """Rows by verdict, the most urgent first."""
-        held = [row.verdict for row in self.rows]
-        return {verdict: held.count(verdict) for verdict in Verdict if verdict in held}
+        """Findings by verdict, the most urgent first."""
+        counts = Counter(finding.verdict for finding in self.findings)
+        return {verdict: counts[verdict] for verdict in Verdict if verdict in counts}
 
 
 def compare(
     reference: Iterable[Record],
     new: Iterable[Record],
     limit: float,
-    columns: Sequence[Column] = (HEADLINE,),
+    measures: Sequence[Measure] = (HEADLINE,),
     incomparable: Mapping[ScenarioKey, str] | None = None,
-) -> Comparison:
+) -> RegressionCheck:
     """Hold new records against a reference, episode by episode.
 
     Episodes pair by scenario, controller, rate and seed; a scenario that has only another name
@@ -103,27 +105,38 @@ def compare(
         reference: what is to be equalled.
         new: what came out now.
         limit: the share by which a mean may change, 0.05 for 5 %.
-        columns: the figures to compare.
+        measures: the figures to compare.
         incomparable: scenarios that were not run again, and why.
     """
-    newest = {record.episode: record for record in new}
+    by_episode = {record.episode: record for record in _newest(new)}
     by_content = {
         _content(record): record
-        for _, record in sorted(newest.items(), key=lambda one: str(one[0]))
+        for _, record in sorted(by_episode.items(), key=lambda item: str(item[0]))
     }
     hashes = {_place(record): record.scenario_hash for record in by_content.values()}
-    cells: dict[tuple[str, str, float | None, str], _Cell] = {}
-    for old in {record.episode: record for record in reference}.values():
-        cell = cells.setdefault((*_place(old), old.scenario_hash), _Cell(old))
-        cell.pairs[old.seed] = (old, newest.get(old.episode, by_content.get(_content(old))))
-    rows: list[Row] = []
-    for _, cell in sorted(cells.items(), key=lambda one: str(one[0])):
-        known = (incomparable or {}).get((cell.first.scenario, cell.first.scenario_hash))
-        if gap := cell.gap(known, hashes.get(_place(cell.first))):
-            rows += [Row(*_place(cell.first), column, gap[0], remark=gap[1]) for column in columns]
+    pairings: dict[tuple[str, str, float | None, str], _Pairing] = {}
+    for old in _newest(reference):
+        pairing = pairings.setdefault((*_place(old), old.scenario_hash), _Pairing(old))
+        counterpart = by_episode.get(old.episode, by_content.get(_content(old)))
+        pairing.pairs[old.seed] = (old, counterpart)
+    findings: list[Finding] = []
+    for _, pairing in sorted(pairings.items(), key=lambda item: str(item[0])):
+        first = pairing.first
+        known = (incomparable or {}).get((first.scenario, first.scenario_hash))
+        if gap := pairing.gap(known, hashes.get(_place(first))):
+            verdict, remark = gap
+            findings += [
+                Finding(*_place(first), measure, verdict, remark=remark) for measure in measures
+            ]
         else:
-            rows += cell.rows(columns, limit)
-    return Comparison(tuple(sorted(rows, key=_order)), limit)
+            findings += pairing.findings(measures, limit)
+    return RegressionCheck(tuple(sorted(findings, key=_order)), limit)
+
+
+def _newest(records: Iterable[Record]) -> list[Record]:
+    """The newest record of each episode; an edited controller is held against its older self."""
+    every = list(records)
+    return records_in(newest(records_table(every)), every)
 
 
 def _place(record: Record) -> tuple[str, str, float | None]:
@@ -135,16 +148,14 @@ def _content(record: Record) -> tuple[str, str, float | None, int]:
     return record.scenario_hash, record.controller, record.rate, record.seed
 
 
-def _order(row: Row) -> tuple[int, str, str, float, int]:
-    rate = -1.0 if row.rate is None else row.rate
-    return (
-        *(URGENCY[row.verdict], row.scenario, row.controller, rate),
-        COLUMNS.index(row.column),
-    )
+def _order(finding: Finding) -> tuple[int, str, str, float, int]:
+    rate = -1.0 if finding.rate is None else finding.rate
+    place = MEASURES.index(finding.measure)
+    return URGENCY[finding.verdict], finding.scenario, finding.controller, rate, place
 
 
 @dataclass(frozen=True)
-class _Cell:
+class _Pairing:
     """One controller on one scenario at one rate: by seed the old record and the new one."""
 
     first: Record
@@ -166,29 +177,30 @@ class _Cell:
             return Verdict.NOT_COMPARABLE, f"the scenario is {other_hash[:8]}, was {own[:8]}"
         return Verdict.MISSING, "no new record"
 
-    def rows(self, columns: Sequence[Column], limit: float) -> list[Row]:
-        both = [one for pair in self.pairs.values() for one in pair if one]
-        junctions = sorted({name for one in both for name in one.junctions}) or [""]
-        suffixes = [f" {junction}" if len(junctions) > 1 else "" for junction in junctions]
-        return [
-            self._row(_Tally.of(self.pairs, junction, column), suffix, column, limit)
-            for (junction, suffix), column in product(
-                zip(junctions, suffixes, strict=True), columns
-            )
-        ]
+    def findings(self, measures: Sequence[Measure], limit: float) -> Iterator[Finding]:
+        """Of each junction, and where there are several, figures of whole trips once."""
+        both = [record for pair in self.pairs.values() for record in pair if record]
+        junctions = sorted({name for record in both for name in record.junctions}) or [NETWORK]
+        several = len(junctions) > 1
+        for junction in [*junctions, NETWORK] if several else junctions:
+            suffix = f" {junction or 'network'}" if several else ""
+            for measure in measures:
+                if not several or measure.is_of_trips == (junction == NETWORK):
+                    tally = _Tally.of(self.pairs, junction, measure)
+                    yield self._finding(tally, suffix, measure, limit)
 
-    def _row(self, tally: "_Tally", suffix: str, column: Column, limit: float) -> Row:
-        judged = judge(tally.before, tally.after, limit, column) if tally.before else None
+    def _finding(self, tally: "_Tally", suffix: str, measure: Measure, limit: float) -> Finding:
+        judged = judge(tally.before, tally.after, limit, measure) if tally.before else None
         verdict = judged.verdict if judged else Verdict.UNCHANGED
         if tally.broken:
             verdict = Verdict.NEW_FAILURE
         elif tally.fixed and verdict is not Verdict.WORSE:
             verdict = Verdict.FIXED
-        return Row(
+        return Finding(
             scenario=f"{self.first.scenario}{suffix}",
             controller=self.first.controller,
             rate=self.first.rate,
-            column=column,
+            measure=measure,
             verdict=verdict,
             seeds=len(tally.before),
             reference=judged.reference if judged else None,
@@ -216,14 +228,14 @@ class _Tally:
 
     @classmethod
     def of(
-        cls, pairs: Mapping[int, tuple[Record, Record | None]], junction: str, column: Column
+        cls, pairs: Mapping[int, tuple[Record, Record | None]], junction: str, measure: Measure
     ) -> "_Tally":
         tally = cls()
         for seed, (old, new) in sorted(pairs.items()):
-            was = _figure(old, junction, column)
+            was = _figure(old, junction, measure)
             if new is None:
                 tally.missing += 1
-            elif (now := _figure(new, junction, column)) is not None and was is not None:
+            elif (now := _figure(new, junction, measure)) is not None and was is not None:
                 tally.before.append(was)
                 tally.after.append(now)
             elif was is not None:
@@ -244,10 +256,12 @@ class _Tally:
             yield "no figure before and now"
 
 
-def _figure(record: Record, junction: str, column: Column) -> float | None:
-    if record.status != "ok" or record.trips is None or junction not in record.junctions:
+def _figure(record: Record, junction: str, measure: Measure) -> float | None:
+    if record.status != "ok" or record.trips is None:
         return None
-    return column.get(record.junctions[junction], record.trips)
+    if junction != NETWORK and junction not in record.junctions:
+        return None
+    return measure.value(record.junctions.get(junction), record.trips)
 
 
 def _why(record: Record) -> str:
@@ -267,7 +281,9 @@ class Judged:
     difference: Estimate
 
 
-def judge(reference: Sequence[float], new: Sequence[float], limit: float, column: Column) -> Judged:
+def judge(
+    reference: Sequence[float], new: Sequence[float], limit: float, measure: Measure
+) -> Judged:
     """The verdict on a figure whose values are paired by seed.
 
     A change counts when the greater mean exceeds the smaller one by more than the limit and by as
@@ -279,12 +295,12 @@ def judge(reference: Sequence[float], new: Sequence[float], limit: float, column
         reference: values by seed; at least one.
         new: values of the same seeds.
         limit: the share by which a mean may change.
-        column: the figure.
+        measure: the figure.
     """
     old, now = float(np.mean(reference)), float(np.mean(new))
     (difference,) = estimates([[b - a for a, b in zip(reference, new, strict=True)]])
     smaller, greater = sorted((old, now))
-    past = greater - smaller >= 10.0**-column.digits and (
+    past = greater - smaller >= 10.0**-measure.digits and (
         smaller <= 0 or greater / smaller > 1 + limit
     )
     if not past:
@@ -292,5 +308,5 @@ def judge(reference: Sequence[float], new: Sequence[float], limit: float, column
     elif not difference.excludes_zero:
         verdict = Verdict.UNPROVEN
     else:
-        verdict = Verdict.BETTER if (now > old) == column.more_is_better else Verdict.WORSE
+        verdict = Verdict.BETTER if (now > old) == measure.more_is_better else Verdict.WORSE
     return Judged(verdict, old, now, difference)

@@ -1,30 +1,85 @@
-"""From a table of records to cells: what each row of a leaderboard is made of.
+"""From a table of records to samples and cells: what tables, plots and the site are made of.
 
-A cell is one controller on one junction at one rate. The newest record of an episode counts, and
-what commands no vehicle stands at every rate.
+What counts is decided here, for all of them: the newest record of an episode; a controller's name
+stands for one code; what commands no vehicle stands at every rate. A sample is one controller on
+one junction at one rate, or on a whole network of several.
 """
 
-import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmark.control.training import Training
-from benchmark.records.table import FIGURES
+from benchmark.records.record import Record
+from benchmark.records.table import FIGURES, NETWORK
 
 if TYPE_CHECKING:
     import polars
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+BySeed = dict[int, float]
+
 NAMES = ("scenario", "scenario_hash", "controller")
 EPISODE = (*NAMES, "rate", "seed")
-ELSE = ("status", "reason", "rules", "arbitration", "trained_on", "junction")
+ELSE = ("status", "reason", "rules", "arbitration", "is_trained_on", "junction")
+COLUMN = {key: index for index, key in enumerate(FIGURES)}
+CODES = tuple(f"{name} code" for name in NAMES)
+
+
+def newest(table: "polars.DataFrame", *besides: str) -> "polars.DataFrame":
+    """The rows of the newest record of each episode.
+
+    Args:
+        table: that ``benchmark.records.table`` made.
+        besides: further columns that tell episodes apart.
+    """
+    import polars
+
+    # as numbers, names are compared many times faster
+    codes = [polars.col(name).rank("dense").alias(f"{name} code") for name in NAMES]
+    newest_record = polars.col("record").max().over(*CODES, "rate", "seed", *besides)
+    return table.with_columns(codes).filter(polars.col("record") == newest_record)
+
+
+def told_apart(table: "polars.DataFrame") -> "polars.DataFrame":
+    """A table in which a controller's name stands for one code: its hash is added where needed.
+
+    The same code as it was before an edit, and another of the same name, are controllers of their
+    own beside it.
+    """
+    import polars
+
+    file = polars.col("controller_from").str.extract(r"(?s) sha256:(.+)$", 1)
+    table = table.with_columns(file=file)
+    if table["file"].null_count() == len(table):
+        return table
+    several = polars.col("file").drop_nulls().n_unique().over("controller") > 1
+    name = polars.format("{} ({})", "controller", polars.col("file").str.slice(0, 8))
+    return table.with_columns(
+        polars.when(polars.col("file").is_not_null() & several)
+        .then(name)
+        .otherwise("controller")
+        .alias("controller")
+    )
+
+
+def records_in(table: "polars.DataFrame", records: Sequence[Record]) -> list[Record]:
+    """The records that a table has, under the names that it gives their controllers.
+
+    Args:
+        table: of ``records``, or of some of them.
+        records: all of which the first table was made.
+    """
+    names = table.select("record", "controller").unique().sort("record").iter_rows()
+    return [
+        records[number].model_copy(update={"controller": controller})
+        for number, controller in names
+    ]
 
 
 @dataclass(frozen=True)
@@ -38,7 +93,7 @@ class Group:
     rules: str  # what rules: lights, or the arbitration
     count: int  # of its episodes
     others: bool  # whether some are not ok
-    trains: bool  # whether it says what it was trained on
+    trains: bool  # whether the controller was trained on some
     start: int  # its rows in the table
     length: int
     table: "polars.DataFrame"  # of all groups
@@ -59,11 +114,7 @@ class Group:
         """The seeds of episodes that the controller was trained on."""
         if not self.trains:
             return []
-        return [
-            seed
-            for seed, text in self._episodes("seed", "trained_on")
-            if any(one.meets(self.scenario, seed) for one in _training(text))
-        ]
+        return [seed for seed, is_met in self._episodes("seed", "is_trained_on") if is_met]
 
     def _episodes(self, *names: str) -> Iterator[tuple[Any, ...]]:
         """Columns of each episode; those of several junctions have several rows."""
@@ -71,25 +122,34 @@ class Group:
         return part.filter(part["record"].is_first_distinct()).select(names).iter_rows()
 
 
-@cache
-def _training(text: str | None) -> tuple[Training, ...]:
-    parts = json.loads(text or "[]")
-    return tuple(Training(scenarios=names, first=a, last=b) for names, a, b in parts)
-
-
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """The figures of a group at one junction."""
+    """The figures of a group at one junction, or on the network of several."""
 
     group: Group
+    junction: str
     seeds: Ints  # of the episodes that are ok, sorted
+    records: Ints  # their numbers in the table
     figures: Floats  # a row for each of them, a column for each of FIGURES; NaN where it has none
 
-    def values(self, index: int) -> tuple[Ints, Floats]:
+    def values(self, key: str) -> tuple[Ints, Floats]:
         """The seeds that have a figure, and its values."""
-        column = self.figures[:, index]
+        column = self.figures[:, COLUMN[key]]
         known = ~np.isnan(column)
         return (self.seeds, column) if known.all() else (self.seeds[known], column[known])
+
+    def by_seed(self, key: str) -> BySeed:
+        """A figure by seed."""
+        seeds, values = self.values(key)
+        return dict(zip(seeds.tolist(), values.tolist(), strict=True))
+
+    def paired(self, other: "Sample", key: str) -> tuple[Floats, Floats]:
+        """A figure of both on the seeds that both have."""
+        (seeds, values), (other_seeds, other_values) = self.values(key), other.values(key)
+        _, mine, theirs = np.intersect1d(
+            seeds, other_seeds, assume_unique=True, return_indices=True
+        )
+        return values[mine], other_values[theirs]
 
 
 @dataclass(frozen=True)
@@ -99,6 +159,7 @@ class Cell:
     scenario: str  # with the junction, where the scenario has several
     rate: float | None
     sample: Sample  # the same at every rate where no vehicle is commanded
+    network: Sample | None  # of the whole network, where the scenario has several junctions
 
     @property
     def place(self) -> tuple[str, str, float | None]:
@@ -106,12 +167,13 @@ class Cell:
         return self.scenario, self.sample.group.scenario_hash, self.rate
 
 
-def of(table: "polars.DataFrame") -> list[Cell]:
+def cells_of(table: "polars.DataFrame") -> list[Cell]:
     """The cells of a table that ``benchmark.records.table`` made, in no order."""
-    table = _newest(_told_apart(table))
+    table = newest(told_apart(table)).select("record", *CODES, *EPISODE, *ELSE, *FIGURES)
+    table = table.sort(*CODES, "rate", "seed", "record", nulls_last=False)
     figures = table.select(FIGURES).to_numpy()
     seeds, good = table["seed"].to_numpy(), (table["status"] == "ok").to_numpy()
-    junctions = table["junction"].to_numpy()
+    records, junctions = table["record"].to_numpy(), table["junction"].to_numpy()
     places = _places(table)
     versions = Counter(scenario for scenario, _ in places)
     cells = []
@@ -121,46 +183,16 @@ def of(table: "polars.DataFrame") -> list[Cell]:
         if versions[shown] > 1:
             shown = f"{shown} ({group.scenario_hash[:8]})"
         rows = np.arange(group.start, group.start + group.length)
-        for name in names or [""]:
+        samples = {}
+        for name in names:
             here = rows[good[rows] & (junctions[rows] == name)]
-            sample = Sample(group, seeds[here], figures[here])
-            place = shown if len(names) < 2 else f"{shown} {name}"
+            samples[name] = Sample(group, name, seeds[here], records[here], figures[here])
+        network = samples[NETWORK] if len(samples) > 1 else None
+        for name, sample in samples.items():
+            place = f"{shown} {name or 'network'}" if network else shown
             every = (rates or [None]) if group.rate is None else [group.rate]
-            cells += [Cell(place, rate, sample) for rate in every]
+            cells += [Cell(place, rate, sample, network) for rate in every]
     return cells
-
-
-def _told_apart(table: "polars.DataFrame") -> "polars.DataFrame":
-    """A controller's name stands for one code: its hash is added where needed.
-
-    As ``benchmark.records.record.told_apart``.
-    """
-    import polars
-
-    file = polars.col("controller_from").str.extract(r"(?s) sha256:(.+)$", 1)
-    table = table.with_columns(file=file)
-    if table["file"].null_count() == len(table):
-        return table
-    several = polars.col("file").drop_nulls().n_unique().over("controller") > 1
-    name = polars.format("{} ({})", "controller", polars.col("file").str.slice(0, 8))
-    return table.with_columns(
-        polars.when(polars.col("file").is_not_null() & several)
-        .then(name)
-        .otherwise("controller")
-        .alias("controller")
-    )
-
-
-def _newest(table: "polars.DataFrame") -> "polars.DataFrame":
-    """The newest record of each episode, those of a group together and by seed."""
-    import polars
-
-    # as numbers, names are compared many times faster
-    codes = [polars.col(name).rank("dense").alias(f"{name} code") for name in NAMES]
-    keys = [*(f"{name} code" for name in NAMES), "rate", "seed"]
-    table = table.select("record", *EPISODE, *ELSE, *FIGURES).with_columns(codes)
-    newest = polars.col("record") == polars.col("record").max().over(keys)
-    return table.filter(newest).sort(*keys, "record", nulls_last=False)
 
 
 def _groups(table: "polars.DataFrame") -> Iterator[Group]:
@@ -173,7 +205,7 @@ def _groups(table: "polars.DataFrame") -> Iterator[Group]:
     arbitration = when(says.any()).then(known).otherwise(col("arbitration").last())
     heads = (
         table.with_row_index("start")
-        .group_by(*(f"{name} code" for name in NAMES), "rate", maintain_order=True)
+        .group_by(*CODES, "rate", maintain_order=True)
         .agg(
             *(first(name) for name in NAMES),
             when(col("rules").filter(says).first() == "signals")
@@ -182,7 +214,7 @@ def _groups(table: "polars.DataFrame") -> Iterator[Group]:
             .alias("rules"),
             col("record").n_unique().alias("count"),
             (col("status") != "ok").any().alias("others"),
-            col("trained_on").is_not_null().any().alias("trains"),
+            col("is_trained_on").any().alias("trains"),
             first("start"),
             polars.len().alias("length"),
         )
@@ -195,11 +227,20 @@ def _groups(table: "polars.DataFrame") -> Iterator[Group]:
 def _places(
     table: "polars.DataFrame",
 ) -> dict[tuple[str, str], tuple[list[float | None], list[str]]]:
-    """The rates and the junctions of each scenario, by its name and hash."""
+    """The rates and the junctions of each scenario, by its name and hash.
+
+    Behind several junctions stands their network. Where no episode has figures, nothing tells the
+    junctions, and one without a name stands for them.
+    """
     import polars
 
-    rates, junctions = (
-        polars.col(name).drop_nulls().unique().sort() for name in ("rate", "junction")
-    )
-    found = table.group_by("scenario", "scenario_hash").agg(rates, junctions)
-    return {(name, code): (known, there) for name, code, known, there in found.iter_rows()}
+    rates = polars.col("rate").drop_nulls().unique().sort()
+    junctions = polars.col("junction").drop_nulls().unique()
+    known = table.group_by("scenario", "scenario_hash").agg(rates, junctions)
+    return {
+        (scenario, scenario_hash): (
+            ran,
+            sorted(names, key=lambda name: (name == NETWORK, name)) or [""],
+        )
+        for scenario, scenario_hash, ran, names in known.iter_rows()
+    }

@@ -110,7 +110,9 @@ def _bounds(samples: Values, times: Values) -> Values:
     return bounds
 
 
-def reductions(pairs: Sequence[tuple[Sequence[float], Sequence[float]]]) -> list[Estimate | None]:
+def reductions(
+    pairs: Sequence[tuple[Sequence[float] | Values, Sequence[float] | Values]],
+) -> list[Estimate | None]:
     """By which share each sample's mean lies below its baseline's: 1 - mean(ours)/mean(baseline).
 
     Both means are resampled together, so that the interval is that of the ratio paired by seed.

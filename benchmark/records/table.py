@@ -1,10 +1,10 @@
 """Records as a table: a row for each junction of an episode, a column for each figure.
 
 A million records are too many for an object each. What reads whole folders, such as the leaderboard
-and a run that goes on, works on this table.
+and a run that goes on, works on this table. An episode of several junctions has one row more, for
+the whole network: figures of whole trips stand there, once.
 """
 
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from itertools import repeat
@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from benchmark.records.measures import COLUMNS
+from benchmark.control.training import Training
+from benchmark.records.measures import MEASURES
 from benchmark.records.record import Record
 
 if TYPE_CHECKING:
@@ -22,18 +23,21 @@ if TYPE_CHECKING:
     import polars
 
 BATCH = 20_000  # rows that are objects at a time
+NETWORK = ""  # the junction of rows of a whole network
 FACTS = (
     *("scenario", "scenario_hash", "controller", "rate", "seed", "status", "reason"),
     *("rules", "arbitration", "controller_from", "identity", "wall_time"),
 )
-FIGURES = tuple(column.key for column in COLUMNS)
+FIGURES = tuple(measure.key for measure in MEASURES)
 _facts = attrgetter(*FACTS)
+_getters = [(measure.is_of_trips, measure.getter) for measure in MEASURES]
 
 
-def schema() -> "dict[str, polars.DataType | type[polars.DataType]]":
+def table_schema() -> "dict[str, polars.DataType | type[polars.DataType]]":
     """The columns and their types.
 
-    ``record`` counts records, oldest first; ``junction`` is null where an episode has no figures.
+    ``record`` counts records, oldest first; ``junction`` is null where an episode has no figures;
+    ``is_trained_on`` says whether the controller was trained on this very episode.
     """
     import polars
 
@@ -41,22 +45,22 @@ def schema() -> "dict[str, polars.DataType | type[polars.DataType]]":
     return {
         "record": polars.Int64,
         **{name: numbers.get(name, polars.String) for name in FACTS},
-        "trained_on": polars.String,  # as JSON, like the next; null where there is none
-        "refusals": polars.String,
+        "is_trained_on": polars.Boolean,
+        "refusals": polars.List(polars.String),
         "junction": polars.String,
         **dict.fromkeys(FIGURES, polars.Float64),
     }
 
 
-def of(records: Iterable[Any]) -> "polars.DataFrame":
+def records_table(records: Iterable[Any]) -> "polars.DataFrame":
     """The table of records, oldest first.
 
     Args:
-        records: ``Record``, or what ``decoder`` gives.
+        records: ``Record``, or what ``record_decoder`` gives.
     """
     import polars
 
-    parts = [polars.DataFrame(schema=schema())]
+    parts = [polars.DataFrame(schema=table_schema())]
     rows: list[tuple[object, ...]] = []
     for number, record in enumerate(records):
         rows += _rows(number, record)
@@ -75,7 +79,7 @@ def _table(rows: list[tuple[object, ...]]) -> "polars.DataFrame":
             _numbers(name, column)
             if kind == polars.Float64
             else polars.Series(name, column, dtype=kind)
-            for (name, kind), column in zip(schema().items(), columns, strict=False)
+            for (name, kind), column in zip(table_schema().items(), columns, strict=False)
         ]
     )
 
@@ -88,11 +92,11 @@ def _numbers(name: str, values: Sequence[Any]) -> "polars.Series":
     return polars.Series(name, np.array(values, dtype=np.float64)).fill_nan(None)
 
 
-def joined(parts: "Iterable[polars.DataFrame]") -> "polars.DataFrame":
+def join_tables(parts: "Iterable[polars.DataFrame]") -> "polars.DataFrame":
     """Tables one after the other, their records counted on."""
     import polars
 
-    first, shifted = 0, [polars.DataFrame(schema=schema())]
+    first, shifted = 0, [polars.DataFrame(schema=table_schema())]
     for part in parts:
         if len(part):
             shifted.append(part.with_columns(polars.col("record") + first))
@@ -101,28 +105,38 @@ def joined(parts: "Iterable[polars.DataFrame]") -> "polars.DataFrame":
 
 
 def _rows(number: int, record: Any) -> Iterator[tuple[object, ...]]:
-    head = (number, *_facts(record), _training(record), _refusals(record))
-    trips = record.trips
-    if not record.junctions or trips is None:
-        yield (*head, None, *(None,) * len(FIGURES))
+    junctions, trips = record.junctions, record.trips
+    head = (number, *_facts(record), _is_trained_on(record), _refusals(record))
+    if not junctions or trips is None:
+        yield (*head, None, *_figures(None, None))
         return
-    for name, junction in record.junctions.items():
-        yield (*head, name, *(column.get(junction, trips) for column in COLUMNS))
+    beside = trips if len(junctions) == 1 else None
+    for name, junction in junctions.items():
+        yield (*head, name, *_figures(junction, beside))
+    if beside is None:
+        yield (*head, NETWORK, *_figures(None, trips))
 
 
-def _training(record: Any) -> str | None:
-    if not record.trained_on:
-        return None
-    return json.dumps([(one.scenarios, one.first, one.last) for one in record.trained_on])
+def _figures(junction: Any, trips: Any) -> list[float | None]:
+    return [
+        None if (metrics := trips if is_of_trips else junction) is None else get(metrics)
+        for is_of_trips, get in _getters
+    ]
 
 
-def _refusals(record: Any) -> str | None:
-    found = [one for junction in record.junctions.values() for one in junction.refusals]
-    return json.dumps(found) if found else None
+def _is_trained_on(record: Any) -> bool:
+    return any(
+        Training.meets(traffic, record.scenario, record.seed) for traffic in record.trained_on or ()
+    )
+
+
+def _refusals(record: Any) -> list[str] | None:
+    refusals = [words for junction in record.junctions.values() for words in junction.refusals]
+    return refusals or None
 
 
 @cache
-def decoder() -> "msgspec.json.Decoder[Any]":
+def record_decoder() -> "msgspec.json.Decoder[Any]":
     """Reads lines of JSON as something with the attributes of a ``Record``, many times faster.
 
     It takes only what pydantic takes, as the types are the record's own.
@@ -155,7 +169,7 @@ def _type(annotation: Any) -> Any:
         return _mirror(annotation)
     parts = get_args(annotation)
     if get_origin(annotation) in (Union, UnionType):
-        return Union[tuple(NoneType if one is NoneType else _type(one) for one in parts)]  # noqa: UP007 - of types that are only known here
+        return Union[tuple(NoneType if part is NoneType else _type(part) for part in parts)]  # noqa: UP007 - of types that are only known here
     if get_origin(annotation) in (dict, tuple):
-        return get_origin(annotation)[tuple(one if one is ... else _type(one) for one in parts)]
+        return get_origin(annotation)[tuple(part if part is ... else _type(part) for part in parts)]
     return annotation

@@ -4,14 +4,14 @@ import csv
 import io
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
 
 from benchmark.records.leaderboard import MARKS, Row
-from benchmark.records.measures import COLUMNS, Column
-from benchmark.records.statistics import Estimate
+from benchmark.records.measures import MEASURES
+from benchmark.reports.words import markdown_literal, mean_and_interval, percent
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -20,48 +20,39 @@ Format = Literal["md", "csv", "json", "latex"]
 
 LONGEST_REASON = 100  # of a reason in a table [characters]
 MARGIN = 3  # of a terminal table's column [characters]
-BRIEF = tuple(column for column in COLUMNS if column.brief)
+BRIEF = tuple(measure for measure in MEASURES if measure.brief)
 
 
-def render(rows: Sequence[Row], form: Format) -> str:
+def render_leaderboard(rows: Sequence[Row], form: Format) -> str:
     """The whole leaderboard as text that ends in a newline."""
-    return {"md": markdown, "csv": as_csv, "json": as_json, "latex": latex}[form](rows)
+    return {
+        "md": leaderboard_markdown,
+        "csv": leaderboard_csv,
+        "json": leaderboard_json,
+        "latex": leaderboard_latex,
+    }[form](rows)
 
 
-def figure(estimate: Estimate | None, digits: int) -> str:
-    """A mean with its interval, as in ``12.3 [11.0, 13.6]``; a dash where there is none."""
-    if estimate is None:
-        return "-"
-    if estimate.low is None:
-        return f"{estimate.mean:.{digits}f}"
-    return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
-
-
-def percent(rate: float | None) -> str:
-    """A penetration rate for people."""
-    return "no RVs" if rate is None else f"{100 * rate:g} %"
-
-
-def notes(row: Row) -> str:
+def row_notes(row: Row) -> str:
     """Why a row is not ok, and refused commands."""
     refused = row.figures.get("refused_commands")
-    found = [_shortened(reason) for reason in row.reasons]
+    notes = [_shortened(reason) for reason in row.reasons]
     if refused and refused.mean > 0:
-        found.append(f"{refused.mean:.0f} commands refused an episode")
-    return ", ".join(found)
+        notes.append(f"{refused.mean:.0f} commands refused an episode")
+    return ", ".join(notes)
 
 
 def _shortened(reason: str) -> str:
     return reason if len(reason) <= LONGEST_REASON else f"{reason[: LONGEST_REASON - 3]}..."
 
 
-def remarks(rows: Sequence[Row]) -> list[str]:
+def row_remarks(rows: Sequence[Row]) -> list[str]:
     """A line for each scenario and controller that has rows which are not ok, for the terminal."""
     return [
-        f"{scenario}: {controller}: {found}"
-        for scenario, members in _by_scenario(rows)
+        f"{scenario}: {controller}: {remark}"
+        for scenario, members in _by_junction(rows)
         for controller in sorted({row.controller for row in members})
-        if (found := _remark([row for row in members if row.controller == controller]))
+        if (remark := _remark([row for row in members if row.controller == controller]))
     ]
 
 
@@ -72,52 +63,54 @@ def _remark(rows: Sequence[Row]) -> str:
         if row.status != "ok":
             reasons = ", ".join(map(_shortened, row.reasons))
             groups.setdefault((row.status, reasons), []).append(row.rate)
-    found = []
+    remarks = []
     for (status, reasons), rates in groups.items():
         where = "" if len(rates) == len(rows) else f" at {', '.join(map(percent, rates))}"
-        found.append(f"{status}{where}: {reasons}")
-    return "; ".join(found)
+        remarks.append(f"{status}{where}: {reasons}")
+    return "; ".join(remarks)
 
 
-def markdown(rows: Sequence[Row]) -> str:
+def leaderboard_markdown(rows: Sequence[Row]) -> str:
     """An overview per scenario, then every figure by scenario and rate."""
     lines = ["# Leaderboard", "", _preface(rows), ""]
-    for scenario, members in _by_scenario(rows):
-        lines += [f"## {literal(scenario)}", "", _overview(members, "github"), ""]
+    for scenario, members in _by_junction(rows):
+        lines += [f"## {markdown_literal(scenario)}", "", _overview(members, "github"), ""]
     lines += ["# All figures", ""]
     for scenario, members in _by_scenario(rows):
         for rate, group in groupby(members, key=lambda row: row.rate):
-            lines += [f"## {literal(scenario)} at {percent(rate)}", ""]
+            lines += [f"## {markdown_literal(scenario)} at {percent(rate)}", ""]
             lines += [_details(list(group)), ""]
     return "\n".join(lines)
 
 
-def summary(rows: Sequence[Row], rate: float) -> str:
+def table_at_rate(rows: Sequence[Row], rate: float) -> str:
     """Controllers by scenarios at one rate, as a Markdown table."""
     from tabulate import tabulate
 
-    chosen = [row for row in rows if row.rate is not None and abs(row.rate - rate) < 1e-9]
+    at_rate = [row for row in rows if row.rate is not None and abs(row.rate - rate) < 1e-9]
+    chosen = [row for row in at_rate if not row.is_of_network]
     scenarios = list(dict.fromkeys(row.scenario for row in chosen))
     cells = {(row.controller, row.scenario): _cell(row) for row in chosen}
     controllers = sorted({row.controller for row in chosen}, key=lambda name: _rank(chosen, name))
     body = [
-        [literal(name), *(cells.get((name, one), "-") for one in scenarios)] for name in controllers
+        [markdown_literal(name), *(cells.get((name, scenario), "-") for scenario in scenarios)]
+        for name in controllers
     ]
     align = ["left", *["right"] * len(scenarios)]
-    head = [f"at {percent(rate)}", *map(literal, scenarios)]
+    head = [f"at {percent(rate)}", *map(markdown_literal, scenarios)]
     return tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True) + "\n"
 
 
-def latex(rows: Sequence[Row]) -> str:
+def leaderboard_latex(rows: Sequence[Row]) -> str:
     """The overview of each scenario as a booktabs tabular."""
     text = "\n\n".join(
         f"% {scenario}\n{_overview(members, 'latex_booktabs')}"
-        for scenario, members in _by_scenario(rows)
+        for scenario, members in _by_junction(rows)
     )
     return text.replace("↓", r"$\downarrow$").replace("↑", r"$\uparrow$") + "\n"
 
 
-def as_csv(rows: Sequence[Row]) -> str:
+def leaderboard_csv(rows: Sequence[Row]) -> str:
     """A line per row with mean, low and high of every figure."""
     records = [_flat(row) for row in rows]
     target = io.StringIO()
@@ -129,12 +122,16 @@ def as_csv(rows: Sequence[Row]) -> str:
     return target.getvalue()
 
 
-def as_json(rows: Sequence[Row]) -> str:
-    """An object per row."""
-    return json.dumps([asdict(row) for row in rows], indent=1) + "\n"
+def leaderboard_json(rows: Sequence[Row]) -> str:
+    """An object per row; one of several junctions says which."""
+    objects = [asdict(row) for row in rows]
+    for row in objects:
+        if row["junction"] is None:
+            del row["junction"]
+    return json.dumps(objects, indent=1) + "\n"
 
 
-def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
+def terminal_tables(rows: Sequence[Row], width: int) -> list["Table"]:
     """The overview of each scenario for a terminal, cut into as many tables as its width asks for.
 
     Args:
@@ -145,15 +142,15 @@ def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
     from rich.markup import escape
     from rich.table import Table
 
-    found = []
-    for scenario, members in _by_scenario(rows):
+    tables = []
+    for scenario, members in _by_junction(rows):
         head, body = _matrix(members)
         body = [[_two_lines(cell) for cell in line] for line in body]
         name_width, *widths = [
             max(len(part) for cell in column for part in cell.split("\n"))
             for column in zip(head, *body, strict=True)
         ]
-        for first, last in _runs([MARGIN + one for one in widths], width - name_width - 2):
+        for first, last in _runs([MARGIN + own for own in widths], width - name_width - 2):
             title = escape(f"{scenario}: average waiting time [s]")
             table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, show_edge=False)
             table.add_column(head[0], no_wrap=True)
@@ -161,8 +158,8 @@ def terminal(rows: Sequence[Row], width: int) -> list["Table"]:
                 table.add_column(title, justify="right")
             for line in body:
                 table.add_row(*map(escape, [line[0], *line[1 + first : 1 + last]]))
-            found.append(table)
-    return found
+            tables.append(table)
+    return tables
 
 
 def _runs(widths: Sequence[int], room: int) -> list[tuple[int, int]]:
@@ -181,7 +178,7 @@ def _two_lines(cell: str) -> str:
     return re.sub(r" \[(\S+), (\S+)\](\*?)$", r"\3\n\1-\2", cell)
 
 
-def legend() -> str:
+def marks_legend() -> str:
     """What marks and signs mean."""
     meanings = "; ".join(f"{mark}: {meaning}" for mark, meaning in MARKS.items())
     return (
@@ -195,11 +192,16 @@ def legend() -> str:
 
 def _preface(rows: Sequence[Row]) -> str:
     seeds = max((row.headline.count for row in rows if row.headline), default=0)
-    return f"Average waiting time [s]. {legend()} At most {seeds} seeds a cell."
+    return f"Average waiting time [s]. {marks_legend()} At most {seeds} seeds a cell."
 
 
-def _by_scenario(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
+def _by_scenario(rows: Iterable[Row]) -> list[tuple[str, list[Row]]]:
     return [(name, list(group)) for name, group in groupby(rows, key=lambda row: row.scenario)]
+
+
+def _by_junction(rows: Iterable[Row]) -> list[tuple[str, list[Row]]]:
+    """The rows of each scenario that have waiting times, which a network of junctions has not."""
+    return _by_scenario(row for row in rows if not row.is_of_network)
 
 
 def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
@@ -209,8 +211,8 @@ def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     controllers = sorted({row.controller for row in rows}, key=lambda name: _rank(rows, name))
     body = []
     for controller in controllers:
-        found = [cells.get((controller, rate)) for rate in rates]
-        body.append([controller, *(_cell(row) if row else "-" for row in found)])
+        line = [cells.get((controller, rate)) for rate in rates]
+        body.append([controller, *(_cell(row) if row else "-" for row in line)])
     return ["controller", *(percent(rate) for rate in rates)], body
 
 
@@ -225,7 +227,7 @@ def _cell(row: Row) -> str:
         sign = "↓ " if row.difference.mean < 0 else "↑ "
     if row.headline is None and row.status != "ok":
         return row.status
-    return f"{sign}{figure(row.headline, 1)}{'*' if row.status == 'flagged' else ''}"
+    return f"{sign}{mean_and_interval(row.headline, 1)}{'*' if row.status == 'flagged' else ''}"
 
 
 def _overview(rows: Sequence[Row], style: str) -> str:
@@ -233,40 +235,31 @@ def _overview(rows: Sequence[Row], style: str) -> str:
 
     head, body = _matrix(rows)
     align = ["left", *["right"] * (len(head) - 1)]
-    said = [_remark([row for row in rows if row.controller == name]) for name, *_ in body]
+    remarks = [_remark([row for row in rows if row.controller == name]) for name, *_ in body]
     if style == "github":
-        body = [[literal(name), *cells] for name, *cells in body]
-        said = [literal(one) for one in said]
-    if any(said):
+        body = [[markdown_literal(name), *cells] for name, *cells in body]
+        remarks = [markdown_literal(remark) for remark in remarks]
+    if any(remarks):
         head, align = [*head, "remarks"], [*align, "left"]
-        body = [[*line, one] for line, one in zip(body, said, strict=True)]
+        body = [[*line, remark] for line, remark in zip(body, remarks, strict=True)]
     return tabulate(body, head, tablefmt=style, colalign=align, disable_numparse=True)
 
 
 def _details(rows: Sequence[Row]) -> str:
     from tabulate import tabulate
 
-    head = ["controller", "rules", "vs signal [s]", *(_title(column) for column in BRIEF)]
+    head = ["controller", "rules", "vs signal [s]", *(measure.heading for measure in BRIEF)]
     head += ["status", "notes"]
     body = [
         [
-            *(literal(row.controller), row.rules, figure(row.difference, 1)),
-            *(figure(row.figures.get(column.key), column.digits) for column in BRIEF),
+            *(markdown_literal(row.controller), row.rules, mean_and_interval(row.difference, 1)),
+            *(mean_and_interval(row.figures.get(measure.key), measure.digits) for measure in BRIEF),
             row.status,
-            literal(notes(row)),
+            markdown_literal(row_notes(row)),
         ]
         for row in rows
     ]
     return tabulate(body, head, tablefmt="github", disable_numparse=True)
-
-
-def _title(column: Column) -> str:
-    return f"{column.title} [{column.unit}]" if column.unit else column.title
-
-
-def literal(text: str) -> str:
-    """Text as Markdown shows it literally."""
-    return "".join(f"\\{sign}" if sign in "\\`*_{}[]<>#|&~" else sign for sign in text)
 
 
 def _flat(row: Row) -> dict[str, Any]:
@@ -278,10 +271,10 @@ def _flat(row: Row) -> dict[str, Any]:
         "rules": row.rules,
         "seeds": row.headline.count if row.headline else 0,
         "status": row.status,
-        "notes": notes(row),
+        "notes": row_notes(row),
     }
-    pairs = [(column.key, row.figures.get(column.key)) for column in COLUMNS]
-    for key, estimate in [("difference_to_signal", row.difference), *pairs]:
+    figures = [(measure.key, row.figures.get(measure.key)) for measure in MEASURES]
+    for key, estimate in [("difference_to_signal", row.difference), *figures]:
         flat[key] = estimate.mean if estimate else None
         flat[f"{key}_low"] = estimate.low if estimate else None
         flat[f"{key}_high"] = estimate.high if estimate else None

@@ -6,7 +6,7 @@ import pytest
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from benchmark.records.store import Store
-from benchmark.reports.site.build import build
+from benchmark.reports.site.build import build_site
 from benchmark.reports.site.contents import Contents
 
 RESULTS = Path(__file__).parents[2] / "results"
@@ -18,7 +18,7 @@ def test_the_site_of_the_results(benchmark: BenchmarkFixture, tmp_path: Path) ->
         pytest.skip("benchmarks are disabled; see the top of the file")
 
     def make() -> None:
-        build(Contents.of(Store(RESULTS).read()), tmp_path / "site")
+        build_site(Contents.of(Store(RESULTS).read()), tmp_path / "site")
 
     benchmark.pedantic(make, rounds=1)  # a second one would find its intervals worked out
     assert benchmark.stats.stats.min < LIMIT

@@ -130,7 +130,7 @@ def test_a_run_writes_a_page_for_each_episode_and_makes_up_for_missing_ones(
     pages = sorted((tmp_path / "out" / "replays").glob("*.html"))
     assert len(pages) == 2
     assert len(Store(tmp_path / "out").read()) == 4
-    (first, _) = replays.find(tmp_path / "out")
+    (first, _) = replays.replays_in(tmp_path / "out")
     assert (first.scenarios, first.controllers) == (("smoke/crossing",), ("virtual-signal",))
     pages[0].unlink()
     done = call(*RUN, "--record-trajectories")

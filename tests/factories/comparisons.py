@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmark.records import reference
-from benchmark.records.measures import COLUMNS, Column
+from benchmark.records.measures import MEASURES, Measure
 from benchmark.records.provenance import Git, Provenance
 from benchmark.records.record import Record
-from benchmark.records.regression import Comparison, compare
+from benchmark.records.regression import RegressionCheck, compare
 
-KEYS = {column.key: column for column in COLUMNS}
+KEYS = {measure.key: measure for measure in MEASURES}
 WAITING, THROUGHPUT = KEYS["average_waiting_time"], KEYS["throughput"]
 BASE = (20.0, 22.0, 18.0, 25.0, 19.0, 21.0, 23.0, 20.5)  # s, by seed
 LIMIT = 0.05
@@ -19,7 +19,9 @@ def scaled(factor: float) -> list[float]:
     return [factor * wait for wait in BASE]
 
 
-def compared(old: list[Record], new: list[Record], *columns: Column, **more: Any) -> Comparison:
+def compared(
+    old: list[Record], new: list[Record], *columns: Measure, **more: Any
+) -> RegressionCheck:
     return compare(old, new, LIMIT, columns or (WAITING,), **more)
 
 
@@ -37,5 +39,5 @@ MADE = Provenance(
 
 
 def written(folder: Path, records: list[Record]) -> Path:
-    reference.write(folder, records, MADE)
+    reference.write_reference(folder, records, MADE)
     return folder

@@ -5,20 +5,26 @@ import sys
 from pathlib import Path
 
 import pytest
-from factories.records import record
+from factories.processes import PATIENCE
+from factories.records import junction, record
 from factories.scenarios import shipped
 from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmark.plumbing.errors import ScenarioError
-from benchmark.records.capacity import Curve, curves, markdown
+from benchmark.records.capacity import Curve, capacity_curves, capacity_markdown
 from benchmark.records.record import Record
+from benchmark.records.table import records_table
 from benchmark.scenario import catalogue
 
 
 def at(demand: float, passed: float, seed: int = 1, **facts: object) -> Record:
     """An episode at a demand in which so many vehicles passed in an hour."""
     return record(scenario=f"test/a@{demand:g}", throughput=passed, seed=seed, **facts)
+
+
+def curves(records: list[Record]) -> list[Curve]:
+    return capacity_curves(records_table(records))
 
 
 def test_an_episode_jams_when_fewer_than_two_thirds_get_through() -> None:
@@ -64,9 +70,18 @@ def test_scenarios_at_their_own_demand_are_left_out() -> None:
     assert curves([record()]) == []
 
 
+def test_junctions_are_not_added_up_but_left_out_and_named() -> None:
+    both = {"N": junction(throughput=400.0), "S": junction(throughput=400.0)}
+    notices: list[str] = []
+    records = [record(scenario="test/a@600", junctions=both), at(600, 10, scenario_hash="b" * 64)]
+    found = capacity_curves(records_table(records), notices.append)
+    assert [curve.jammed for curve in found] == [{600.0: 1.0}]
+    assert [line.partition(":")[0] for line in notices] == ["test/a"]
+
+
 def test_the_table_has_a_row_for_each_controller_and_rate_and_a_column_for_each_demand() -> None:
     found = curves([at(600, 600, rate=0.05), at(900, 10, rate=0.05), at(600, 10, rate=None)])
-    assert markdown(found).splitlines() == [
+    assert capacity_markdown(found).splitlines() == [
         "Share of episodes of test/a that jam, by total demand [veh/h], 1 seeds:",
         "",
         "| controller   |   RVs |   holds up to |   600 |   900 |",
@@ -78,7 +93,7 @@ def test_the_table_has_a_row_for_each_controller_and_rate_and_a_column_for_each_
 
 def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     program = Path(sys.executable).parent / "rightofway"
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60)
+    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=PATIENCE)
 
 
 def test_the_command_shows_where_the_runs_of_a_folder_jam(tmp_path: Path) -> None:
@@ -100,7 +115,7 @@ def test_a_folder_without_such_runs_says_how_to_make_some(tmp_path: Path) -> Non
 
 
 def test_a_reference_with_a_demand_scales_every_count() -> None:
-    (found,) = catalogue.find(["334@700"])
+    (found,) = catalogue.find_scenarios(["334@700"])
     plain = shipped("colorado-springs/334")
     assert found.name == "colorado-springs/334@700"
     assert found.peak_demand == pytest.approx(700)
@@ -114,7 +129,7 @@ def test_a_reference_with_a_demand_scales_every_count() -> None:
 
 
 def test_a_folder_with_a_demand_scales_each_of_its_scenarios() -> None:
-    found = catalogue.find(["smoke@500", "smoke/tee"])
+    found = catalogue.find_scenarios(["smoke@500", "smoke/tee"])
     assert [one.name for one in found] == [
         *("smoke/asymmetric@500", "smoke/crossing@500", "smoke/tee@500"),
         "smoke/tee",
@@ -131,11 +146,11 @@ def test_a_demand_that_makes_no_sense_is_refused(total: str) -> None:
     with pytest.raises(
         ScenarioError, match=r'expected vehicles per hour behind the @, as in "334@'
     ):
-        catalogue.find([f"334@{total}"])
+        catalogue.find_scenarios([f"334@{total}"])
 
 
 def test_a_file_with_an_at_in_its_name_is_a_file(tmp_path: Path) -> None:
     file = tmp_path / "mine@home.toml"
     file.write_text((Path(__file__).parents[2] / "scenarios/smoke/tee.toml").read_text())
-    (found,) = catalogue.find([str(file)])
+    (found,) = catalogue.find_scenarios([str(file)])
     assert found.name.endswith("/mine@home")

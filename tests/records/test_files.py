@@ -17,9 +17,9 @@ from benchmark.control.training import Training
 from benchmark.plumbing.errors import StoreError
 from benchmark.records import files as record_files
 from benchmark.records import leaderboard
-from benchmark.records import table as frame
 from benchmark.records.record import Record
 from benchmark.records.store import Store
+from benchmark.records.table import record_decoder, records_table, table_schema
 
 BOTH = {"east": junction(), "west": junction(5.0, refusals=("no such vehicle", "again"))}
 SOME = (
@@ -48,8 +48,8 @@ def files(store: Store) -> list[str]:
 
 
 def lines(store: Store) -> list[bytes]:
-    found = record_files.listed(store.records_folder)
-    return [line for path in found for line in record_files.lines(path)]
+    found = record_files.list_files(store.records_folder)
+    return [line for path in found for line in record_files.read_lines(path)]
 
 
 @settings(max_examples=30)
@@ -73,32 +73,32 @@ def test_any_lines_come_back_byte_for_byte(
 
 @given(record=anything(Record))
 def test_lines_are_read_fast_as_they_are_with_care(record: Record) -> None:
-    found = frame.decoder().decode(record.line())
+    found = record_decoder().decode(record.line())
     for name in Record.model_fields:
         if name not in ("junctions", "trips", "versions", "trained_on"):
             assert getattr(found, name) == getattr(record, name)
-    wanted = frame.of([record.model_copy(update={"seed": 1})])
+    wanted = records_table([record.model_copy(update={"seed": 1})])
     found.seed = 1
-    assert_frame_equal(frame.of([found]), wanted)
+    assert_frame_equal(records_table([found]), wanted)
 
 
 def test_what_is_no_record_is_none_however_it_is_read() -> None:
     good = json.loads(record().line())
     for change in ({"seed": "x"}, {"more": 1}, {"status": "fine"}, {"schema": 2}, {"trips": {}}):
         with pytest.raises(Exception, match=r"Expected|Invalid|unknown|missing"):
-            frame.decoder().decode(json.dumps({**good, **change}))
+            record_decoder().decode(json.dumps({**good, **change}))
 
 
 def test_table_and_leaderboard_stay_as_they_were(tmp_path: Path) -> None:
     store = filled(tmp_path, *SOME)
-    table, board = store.table(), leaderboard.rows(store.read())
-    assert leaderboard.of(table) == board
+    table, board = store.table(), leaderboard.rows_of_records(store.read())
+    assert leaderboard.rows_of(table) == board
     packed(store)
     assert_frame_equal(store.table(), table)
     with store.writing():
         store.append(record(seed=1, waiting=99.0))
-    changed = leaderboard.of(store.table())
-    assert changed == leaderboard.rows([*SOME, record(seed=1, waiting=99.0)]) != board
+    changed = leaderboard.rows_of(store.table())
+    assert changed == leaderboard.rows_of_records([*SOME, record(seed=1, waiting=99.0)]) != board
 
 
 def test_many_parts_and_files_keep_their_order(
@@ -120,9 +120,9 @@ def test_columns_of_another_version_are_read_from_the_lines(
 ) -> None:
     store = filled(tmp_path, *SOME)
     table = store.table()
-    usual = frame.schema()
-    monkeypatch.setattr(frame, "schema", lambda: {**usual, "once": usual["record"]})
-    monkeypatch.setattr(frame, "of", lambda records: table.with_columns(once=0))
+    usual = table_schema()
+    monkeypatch.setattr(record_files, "table_schema", lambda: {**usual, "once": usual["record"]})
+    monkeypatch.setattr(record_files, "records_table", lambda records: table.with_columns(once=0))
     packed(store)
     monkeypatch.undo()
     assert_frame_equal(store.table(), table)
@@ -138,7 +138,7 @@ def fails(*given: Any, **_: object) -> None:
 @pytest.mark.parametrize(
     ("place", "left"),
     [
-        ("_write", ["test-a.1.lines"]),  # a full disk
+        ("_write_part", ["test-a.1.lines"]),  # a full disk
         ("shutil.rmtree", ["test-a.1.lines"]),  # before anything
         ("_sync", ["test-a.1.lines"]),  # just as it was set apart
         ("Path.unlink", ["test-a.1.lines", "test-a.1.parquet"]),  # when all is written
@@ -169,12 +169,12 @@ def test_what_comes_back_otherwise_is_not_taken(
 ) -> None:
     store = filled(tmp_path, *SOME)
     before = lines(store)
-    write = record_files._write
+    write = record_files._write_part
 
     def forgetful(part: Path, some: list[tuple[bytes, Any]]) -> None:
         write(part, some[:-1])
 
-    monkeypatch.setattr(record_files, "_write", forgetful)
+    monkeypatch.setattr(record_files, "_write_part", forgetful)
     with pytest.raises(StoreError, match="came back otherwise"):
         packed(store)
     assert lines(store) == before

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from benchmark.records import leaderboard
 from benchmark.records.leaderboard import MARKS, Row
-from benchmark.records.measures import COLUMNS
+from benchmark.records.measures import MEASURES
 from benchmark.records.record import (
     Record,
     Training,
@@ -24,6 +24,12 @@ def only(found: Iterable[Row]) -> Row:
     return row
 
 
+def pair(controller: str, north: float, south: float, rate: float | None, **facts: Any) -> Record:
+    """An episode of two junctions."""
+    both = {"N": junction(north), "S": junction(south)}
+    return record(controller, junctions=both, rate=rate, **facts)
+
+
 def keys(found: Iterable[Row]) -> list[tuple[str, float | None, str]]:
     return [(row.scenario, row.rate, row.controller) for row in found]
 
@@ -34,20 +40,20 @@ def keys(found: Iterable[Row]) -> list[tuple[str, float | None, str]]:
 def test_every_figure_is_the_mean_of_its_field() -> None:
     nested = {"mean": "waiting_time_per_vehicle", "p95": "waiting_time_p95"}
     nested["maximum"] = "waiting_time_maximum"
-    keys = [column.key for column in COLUMNS]
+    keys = [measure.key for measure in MEASURES]
     facts: dict[str, Any] = {key: 1 + i for i, key in enumerate(keys) if key not in nested.values()}
     per_vehicle = Waiting(mean=31, p95=32, maximum=33, vehicles=9)
     expected = facts | {key: getattr(per_vehicle, field) for field, key in nested.items()}
     waiting = facts.pop("average_waiting_time")
     one = record(waiting=waiting, waiting_time_per_vehicle=per_vehicle, **facts)
-    row = only(leaderboard.rows([one]))
+    row = only(leaderboard.rows_of_records([one]))
     assert {key: figure.mean for key, figure in row.figures.items()} == expected
     assert expected.keys() == set(keys)
 
 
 def test_a_figure_counts_the_seeds_that_have_it() -> None:
     row = only(
-        leaderboard.rows(
+        leaderboard.rows_of_records(
             [record(seed=1, time_loss=10.0), record(seed=2, time_loss=None), unlucky(seed=3)]
         )
     )
@@ -59,12 +65,14 @@ def test_a_figure_counts_the_seeds_that_have_it() -> None:
 
 def test_a_figure_has_the_interval_of_its_values() -> None:
     waits = [20.0, 30.0, 25.0, 27.0, 22.0, 29.5]
-    row = only(leaderboard.rows([record(seed=s, waiting=w) for s, w in enumerate(waits)]))
+    row = only(
+        leaderboard.rows_of_records([record(seed=s, waiting=w) for s, w in enumerate(waits)])
+    )
     assert [row.headline] == estimates([waits])
 
 
 def test_no_records_make_no_rows() -> None:
-    assert leaderboard.rows([]) == []
+    assert leaderboard.rows_of_records([]) == []
 
 
 # --- rows ------------------------------------------------------------------------------------
@@ -72,15 +80,17 @@ def test_no_records_make_no_rows() -> None:
 
 def test_the_newest_record_of_an_episode_counts() -> None:
     old, new = record(seed=1, waiting=99.0), record(seed=1, waiting=10.0)
-    row = only(leaderboard.rows([unlucky(seed=1), old, record(seed=2, waiting=20.0), new]))
+    row = only(
+        leaderboard.rows_of_records([unlucky(seed=1), old, record(seed=2, waiting=20.0), new])
+    )
     assert row.headline is not None
     assert (row.headline.mean, row.headline.count, row.other) == (15.0, 2, {})
-    row = only(leaderboard.rows([new, unlucky(seed=1, status="crashed")]))
+    row = only(leaderboard.rows_of_records([new, unlucky(seed=1, status="crashed")]))
     assert (row.headline, row.other) == (None, {"crashed": 1})
 
 
 def test_a_controller_without_a_rate_stands_at_every_rate_of_its_scenario() -> None:
-    found = leaderboard.rows(
+    found = leaderboard.rows_of_records(
         [
             *(record(SIGNAL, rate=None, seed=seed, waiting=9.0) for seed in (1, 2)),
             *(record("c", rate=rate, waiting=30.0) for rate in (0.7, 0.1)),
@@ -97,7 +107,7 @@ def test_a_controller_without_a_rate_stands_at_every_rate_of_its_scenario() -> N
 
 
 def test_rows_go_by_scenario_and_rate_with_the_least_waiting_first() -> None:
-    found = leaderboard.rows(
+    found = leaderboard.rows_of_records(
         [
             unlucky("broken"),
             record("slow", waiting=30.0),
@@ -117,9 +127,9 @@ def test_rows_go_by_scenario_and_rate_with_the_least_waiting_first() -> None:
 def test_episodes_that_are_not_ok_are_counted_and_keep_their_row(status: str) -> None:
     bad = [unlucky(seed=seed, status=status) for seed in (1, 2)]
     good = [record(seed=seed, waiting=10.0) for seed in (3, 4, 5)]
-    row = only(leaderboard.rows(bad))
+    row = only(leaderboard.rows_of_records(bad))
     assert (row.headline, row.figures, row.other) == (None, {}, {status: 2})
-    row = only(leaderboard.rows([*bad, *good]))
+    row = only(leaderboard.rows_of_records([*bad, *good]))
     assert row.headline is not None
     assert (row.headline.count, row.other) == (3, {status: 2})
 
@@ -127,7 +137,7 @@ def test_episodes_that_are_not_ok_are_counted_and_keep_their_row(status: str) ->
 def test_each_way_to_fail_is_counted_apart() -> None:
     ways = ["failed", "crashed", "failed", "timed out", "skipped"]
     records = [unlucky(seed=seed, status=status) for seed, status in enumerate(ways)]
-    row = only(leaderboard.rows(records))
+    row = only(leaderboard.rows_of_records(records))
     assert row.other == {"failed": 2, "crashed": 1, "timed out": 1, "skipped": 1}
 
 
@@ -147,12 +157,12 @@ def test_each_way_to_fail_is_counted_apart() -> None:
 def test_a_row_says_what_rules_as_far_as_any_record_knows(
     records: list[Record], rules: str
 ) -> None:
-    assert only(leaderboard.rows(records)).rules == rules
+    assert only(leaderboard.rows_of_records(records)).rules == rules
 
 
 def test_two_scenarios_of_one_name_do_not_mix() -> None:
     old, new = "0" * 64, "1" * 64
-    found = leaderboard.rows(
+    found = leaderboard.rows_of_records(
         [
             record(SIGNAL, rate=None, waiting=50.0, scenario_hash=old),
             record(rate=0.1, waiting=40.0, scenario_hash=old),
@@ -184,9 +194,9 @@ def of_file(content: str, seed: int, waiting: float) -> Record:
 def test_files_of_one_name_do_not_mix_and_need_no_hash_while_there_is_one() -> None:
     first = [of_file("a", seed, 10.0) for seed in (1, 2)]
     second = [of_file("b", 1, 30.0), of_file("b", 3, 40.0)]
-    assert only(leaderboard.rows(first)).controller == "mine.py:Mine"
+    assert only(leaderboard.rows_of_records(first)).controller == "mine.py:Mine"
     late = unlucky("mine.py:Mine", 2, "timed out", controller_from=second[0].controller_from)
-    found = {row.controller: row for row in leaderboard.rows([*first, *second, late])}
+    found = {row.controller: row for row in leaderboard.rows_of_records([*first, *second, late])}
     assert {name: row.headline and row.headline.mean for name, row in found.items()} == {
         "mine.py:Mine (aaaaaaaa)": 10.0,
         "mine.py:Mine (bbbbbbbb)": 35.0,
@@ -196,31 +206,53 @@ def test_files_of_one_name_do_not_mix_and_need_no_hash_while_there_is_one() -> N
 
 def test_versions_of_a_distribution_are_one_controller() -> None:
     found = [record(seed=seed, controller_from=f"pack {seed}.0") for seed in (1, 2)]
-    assert only(leaderboard.rows(found)).controller == "c"
+    assert only(leaderboard.rows_of_records(found)).controller == "c"
 
 
 def test_several_junctions_of_a_record_are_several_rows() -> None:
-    def pair(controller: str, north: float, south: float, rate: float | None) -> Record:
-        both = {"N": junction(north), "S": junction(south)}
-        return record(controller, junctions=both, rate=rate)
-
-    found = leaderboard.rows([pair("c", 10.0, 40.0, 0.5), pair(SIGNAL, 20.0, 30.0, None)])
+    found = leaderboard.rows_of_records(
+        [pair("c", 10.0, 40.0, 0.5), pair(SIGNAL, 20.0, 30.0, None)]
+    )
     assert keys(found) == [
         *(("test/a N", 0.5, "c"), ("test/a N", 0.5, SIGNAL)),
         *(("test/a S", 0.5, SIGNAL), ("test/a S", 0.5, "c")),
+        *(("test/a network", 0.5, "c"), ("test/a network", 0.5, SIGNAL)),
     ]
-    assert [row.headline and row.headline.mean for row in found] == [10.0, 20.0, 30.0, 40.0]
-    assert [row.difference and row.difference.mean for row in found] == [-10.0, None, None, 10.0]
+    waits = [row.headline and row.headline.mean for row in found]
+    assert waits == [10.0, 20.0, 30.0, 40.0, None, None]
+    differences = [row.difference and row.difference.mean for row in found]
+    assert differences == [-10.0, None, None, 10.0, None, None]
+    assert [row.is_of_network for row in found] == [False] * 4 + [True] * 2
+
+
+def test_figures_of_whole_trips_stand_once_in_the_row_of_the_network() -> None:
+    *junctions, network = leaderboard.rows_of_records([pair("c", 10.0, 40.0, 0.5)])
+    of_trips = {measure.key for measure in MEASURES if measure.is_of_trips}
+    assert network.figures["time_loss"].mean == 30.0
+    assert network.figures.keys() <= of_trips
+    assert all(not of_trips & row.figures.keys() for row in junctions)
+
+
+def test_a_junction_is_flagged_for_what_happens_in_its_network() -> None:
+    found = leaderboard.rows_of_records(
+        [pair("c", 10.0, 40.0, 0.5, collisions=1), pair(SIGNAL, 20.0, 30.0, None)]
+    )
+    assert {row.scenario: row.marks for row in found if row.controller == "c"} == {
+        "test/a N": ("crashes",),
+        "test/a S": (),  # where vehicles wait longer than under the signal
+        "test/a network": (),
+    }
 
 
 def test_a_controller_that_always_fails_stands_at_each_junction() -> None:
     both = {"N": junction(10.0), "S": junction(40.0)}
-    found = leaderboard.rows([record(junctions=both), unlucky("broken")])
+    found = leaderboard.rows_of_records([record(junctions=both), unlucky("broken")])
     assert keys(found) == [
         *(("test/a N", 0.5, "c"), ("test/a N", 0.5, "broken")),
         *(("test/a S", 0.5, "c"), ("test/a S", 0.5, "broken")),
+        *(("test/a network", 0.5, "broken"), ("test/a network", 0.5, "c")),
     ]
-    assert [row.other for row in found] == [{}, {"failed": 1}] * 2
+    assert [row.other for row in found[:4]] == [{}, {"failed": 1}] * 2
 
 
 # --- status ----------------------------------------------------------------------------------
@@ -255,13 +287,13 @@ def test_a_controller_that_always_fails_stands_at_each_junction() -> None:
 def test_a_row_says_what_became_of_its_episodes(
     records: list[Record], status: str, reasons: tuple[str, ...]
 ) -> None:
-    row = only(leaderboard.rows(records))
+    row = only(leaderboard.rows_of_records(records))
     assert (row.status, row.reasons) == (status, reasons)
 
 
 def test_a_marked_row_is_flagged_with_its_marks() -> None:
     signal = record(SIGNAL, rate=None, waiting=20.0)
-    found = leaderboard.rows([signal, record("c", waiting=10.0, collisions=1)])
+    found = leaderboard.rows_of_records([signal, record("c", waiting=10.0, collisions=1)])
     assert {row.controller: (row.status, row.reasons) for row in found} == {
         SIGNAL: ("ok", ()),
         "c": ("flagged", ("crashes",)),
@@ -274,15 +306,15 @@ def training(first: int, last: int, *scenarios: str) -> tuple[Training, ...]:
 
 def test_a_row_trained_on_seeds_of_its_evaluation_is_flagged() -> None:
     met = [record(seed=seed, trained_on=training(3, 9)) for seed in range(1, 6)]
-    row = only(leaderboard.rows(met))
+    row = only(leaderboard.rows_of_records(met))
     assert (row.status, row.reasons) == (
         "flagged",
         ("trained on 3 seeds from 3 to 5 of its evaluation",),
     )
-    row = only(leaderboard.rows([record(seed=7, trained_on=training(7, 7))]))
+    row = only(leaderboard.rows_of_records([record(seed=7, trained_on=training(7, 7))]))
     assert row.reasons == ("trained on seed 7 of its evaluation",)
     apart = [record(seed=seed, trained_on=training(10_000, 10_199)) for seed in range(1, 6)]
-    assert only(leaderboard.rows(apart)).status == "ok"
+    assert only(leaderboard.rows_of_records(apart)).status == "ok"
 
 
 @pytest.mark.parametrize(
@@ -312,7 +344,7 @@ def test_training_meets_scenarios_however_they_were_named(
 
 def test_a_difference_is_paired_over_the_seeds_that_both_have() -> None:
     signal, own = {1: 20.0, 2: 50.0, 3: 30.0, 4: 99.0}, {3: 24.0, 2: 45.0, 1: 19.0, 7: 1.0}
-    found = leaderboard.rows(
+    found = leaderboard.rows_of_records(
         [
             *(record(SIGNAL, seed, waiting, rate=None) for seed, waiting in signal.items()),
             *(record("c", seed, waiting) for seed, waiting in own.items()),
@@ -339,7 +371,7 @@ def test_a_difference_is_paired_over_the_seeds_that_both_have() -> None:
     ],
 )
 def test_without_a_signal_on_the_same_seed_there_is_no_difference(signals: list[Record]) -> None:
-    found = leaderboard.rows([record(seed=1), *signals])
+    found = leaderboard.rows_of_records([record(seed=1), *signals])
     row = only(row for row in found if row.controller == "c" and row.scenario_hash[0] == "a")
     assert row.difference is None
 
@@ -362,7 +394,7 @@ def test_rows_agree_with_counting_seed_by_seed(
 
     found = {
         row.controller: row
-        for row in leaderboard.rows([*made("c", own, 0.5), *made(SIGNAL, signal, None)])
+        for row in leaderboard.rows_of_records([*made("c", own, 0.5), *made(SIGNAL, signal, None)])
     }
     assert found.keys() == {name for name, waits in (("c", own), (SIGNAL, signal)) if waits}
     if own:
@@ -402,7 +434,7 @@ ALL = {key: value for facts in SUSPECT.values() for key, value in facts.items()}
 def marks(waiting: float | None, *signals: Record, **facts: Any) -> tuple[str, ...]:
     """Of a controller beside these signals; the first of them if none are given."""
     beside = signals or (record(SIGNAL, rate=None, waiting=20.0),)
-    found = leaderboard.rows([record("c", waiting=waiting, **facts), *beside])
+    found = leaderboard.rows_of_records([record("c", waiting=waiting, **facts), *beside])
     return only(row for row in found if row.controller == "c").marks
 
 
@@ -444,7 +476,7 @@ def test_without_a_signal_nothing_is_marked(signal: Record) -> None:
 
 
 def test_the_signal_itself_is_not_marked() -> None:
-    assert only(leaderboard.rows([record(SIGNAL, rate=None, **ALL)])).marks == ()
+    assert only(leaderboard.rows_of_records([record(SIGNAL, rate=None, **ALL)])).marks == ()
 
 
 def test_a_figure_that_is_missing_is_no_reason_for_a_mark() -> None:
@@ -461,5 +493,5 @@ def test_the_order_in_which_episodes_ended_changes_nothing(order: list[int]) -> 
     """Resampling depends on the order of the values."""
     waits = [3.0, 8.0, 1.0, 44.0, 2.5, 7.0, 9.0, 0.1]
     held = [record(seed=seed, waiting=wait) for seed, wait in enumerate(waits)]
-    found = leaderboard.rows([held[index] for index in order])
-    assert found == leaderboard.rows(held)
+    found = leaderboard.rows_of_records([held[index] for index in order])
+    assert found == leaderboard.rows_of_records(held)

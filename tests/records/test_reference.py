@@ -28,7 +28,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def test_a_reference_comes_back_with_its_provenance(tmp_path: Path) -> None:
     folder = written(tmp_path / "deep" / "ref", [*some(), *some(scenario="test/b")])
-    found = reference.read(folder, refuse)
+    found = reference.read_reference(folder, refuse)
     assert [(one.scenario, one.seed) for one in found.records] == [
         (name, seed) for name in ("test/a", "test/b") for seed in (1, 2, 3)
     ]
@@ -37,7 +37,7 @@ def test_a_reference_comes_back_with_its_provenance(tmp_path: Path) -> None:
     assert found.provenance.episodes == 6
     given = {"episodes": 8, "records_hash": "b"}
     assert found.provenance.model_copy(update=given) == MADE
-    assert reference.read(folder / "records", refuse) == found
+    assert reference.read_reference(folder / "records", refuse) == found
 
 
 def test_the_same_records_in_any_order_give_the_same_files(tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_ends_of_lines_do_not_matter(tmp_path: Path) -> None:
     folder = written(tmp_path / "ref", some())
     (path,) = (folder / "records").iterdir()
     path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
-    assert len(reference.read(folder, refuse).records) == 3
+    assert len(reference.read_reference(folder, refuse).records) == 3
 
 
 def test_a_results_folder_serves_with_a_notice(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_results_folder_serves_with_a_notice(tmp_path: Path) -> None:
     store.prepare()
     store.append(record())
     notices: list[str] = []
-    found = reference.read(tmp_path, notices.append)
+    found = reference.read_reference(tmp_path, notices.append)
     assert (found.provenance, len(found.records)) == (None, 1)
     assert "no reference.toml" in notices[0]
 
@@ -87,18 +87,18 @@ def test_a_reference_that_is_not_as_it_was_made_is_refused(
     folder = written(tmp_path / "ref", [*some(), *some(scenario="test/b")])
     damage(folder / "records" / "test-b.jsonl")
     with pytest.raises(StoreError, match="rightofway reference update"):
-        reference.read(folder, refuse)
+        reference.read_reference(folder, refuse)
 
 
 def test_a_new_reference_replaces_the_old_one_and_leaves_nothing_else(tmp_path: Path) -> None:
     folder = written(tmp_path / "ref", [*some(), *some(scenario="test/gone")])
     reference.check_target(folder)
     written(folder, some(5))
-    assert len(reference.read(folder, refuse).records) == 5
+    assert len(reference.read_reference(folder, refuse).records) == 5
     assert [path.name for path in tmp_path.iterdir()] == ["ref"]
 
 
-@pytest.mark.parametrize("name", ["append", "records_hash", "as_toml", "rename", "second rename"])
+@pytest.mark.parametrize("name", ["append", "hash_of_lines", "as_toml", "rename", "second rename"])
 @pytest.mark.parametrize("kind", [KeyboardInterrupt, OSError])
 def test_whatever_goes_wrong_the_old_reference_stays(
     name: str, kind: type[BaseException], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -115,7 +115,9 @@ def test_whatever_goes_wrong_the_old_reference_stays(
         calls += 1
         return fail() if calls == 2 else rename(source, target)  # type: ignore[func-returns-value]
 
-    owner: Any = {"append": Store, "records_hash": reference, "as_toml": type(MADE)}.get(name, Path)
+    owner: Any = {"append": Store, "hash_of_lines": reference, "as_toml": type(MADE)}.get(
+        name, Path
+    )
     replacement = second_fails if name == "second rename" else fail
     monkeypatch.setattr(owner, name.removeprefix("second "), replacement)
     with pytest.raises(StoreError if kind is OSError else kind):

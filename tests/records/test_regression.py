@@ -10,18 +10,18 @@ from factories.records import junction, record, runs, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmark.records.measures import COLUMNS, Column
+from benchmark.records.measures import MEASURES, Measure
 from benchmark.records.record import Record
-from benchmark.records.regression import Comparison, Row, Verdict, compare, judge
+from benchmark.records.regression import Finding, RegressionCheck, Verdict, compare, judge
 from benchmark.records.statistics import ENOUGH
 
 
-def only(comparison: Comparison) -> Row:
-    (row,) = comparison.rows
+def only(comparison: RegressionCheck) -> Finding:
+    (row,) = comparison.findings
     return row
 
 
-def verdict(old: Sequence[float], new: Sequence[float], column: Column = WAITING) -> Verdict:
+def verdict(old: Sequence[float], new: Sequence[float], column: Measure = WAITING) -> Verdict:
     return judge(old, new, LIMIT, column).verdict
 
 
@@ -101,9 +101,9 @@ few = settings(max_examples=60)
 
 
 @few
-@given(pairs=PAIRS, limit=LIMITS, column=st.sampled_from(COLUMNS))
+@given(pairs=PAIRS, limit=LIMITS, column=st.sampled_from(MEASURES))
 def test_worse_needs_a_ratio_past_the_limit_and_an_interval_without_zero(
-    pairs: list[tuple[float, float]], limit: float, column: Column
+    pairs: list[tuple[float, float]], limit: float, column: Measure
 ) -> None:
     old, new = zip(*pairs, strict=True)
     found = judge(old, new, limit, column)
@@ -160,20 +160,20 @@ def made(outcomes: list[tuple[str, float | None, int, float | str | None]]) -> l
 def test_equal_records_are_unchanged(outcomes: Any, limit: float) -> None:
     records = made(outcomes)
     found = compare(records, records, limit)
-    assert {row.verdict for row in found.rows} <= {Verdict.UNCHANGED}
+    assert {row.verdict for row in found.findings} <= {Verdict.UNCHANGED}
     assert not found.regressed
-    assert len(found.rows) == len({one[:2] for one in outcomes})
+    assert len(found.findings) == len({one[:2] for one in outcomes})
 
 
 @few
 @given(old=OUTCOMES, new=OUTCOMES, seed=st.integers())
 def test_the_order_of_records_does_not_matter(old: Any, new: Any, seed: int) -> None:
     before, after = made(old), made(new)
-    found = compare(before, after, LIMIT, COLUMNS)
+    found = compare(before, after, LIMIT, MEASURES)
     shuffle = random.Random(seed).shuffle
     shuffle(before)
     shuffle(after)
-    assert compare(before, after, LIMIT, COLUMNS) == found
+    assert compare(before, after, LIMIT, MEASURES) == found
 
 
 # --- episodes that are not ok ----------------------------------------------------------------
@@ -239,7 +239,7 @@ def test_rows_are_paired_by_controller_rate_and_seed_and_the_urgent_come_first()
         *runs(BASE, controller="new"),
     ]
     found = compared(old, new[::-1])
-    assert [(row.verdict, row.controller, row.rate) for row in found.rows] == [
+    assert [(row.verdict, row.controller, row.rate) for row in found.findings] == [
         (Verdict.WORSE, "c", 0.5),
         (Verdict.MISSING, "e", 0.5),
         (Verdict.BETTER, "d", 0.5),
@@ -296,7 +296,7 @@ def test_each_junction_and_figure_has_a_row() -> None:
 
     old, new = ([two(seed, wait) for seed in range(6)] for wait in (10.0, 20.0))
     found = compared(old, new, WAITING, THROUGHPUT)
-    assert [(row.scenario, row.column.key, row.verdict) for row in found.rows] == [
+    assert [(row.scenario, row.measure.key, row.verdict) for row in found.findings] == [
         ("test/a east", "average_waiting_time", Verdict.WORSE),
         ("test/a east", "throughput", Verdict.UNCHANGED),
         ("test/a west", "average_waiting_time", Verdict.UNCHANGED),
@@ -308,12 +308,12 @@ def test_scenarios_of_one_name_and_several_hashes_stay_apart() -> None:
     old = [*runs(BASE, scenario_hash="b" * 64), *runs(BASE)]
     new = [*runs(scaled(2), scenario_hash="b" * 64), *runs(BASE)]
     found = compared(old, new)
-    assert [row.verdict for row in found.rows] == [Verdict.WORSE, Verdict.UNCHANGED]
+    assert [row.verdict for row in found.findings] == [Verdict.WORSE, Verdict.UNCHANGED]
     assert compared(old[::-1], new[::-1]) == found
     apart = compared(old, runs(BASE))
-    assert [row.verdict for row in apart.rows] == [Verdict.NOT_COMPARABLE, Verdict.UNCHANGED]
+    assert [row.verdict for row in apart.findings] == [Verdict.NOT_COMPARABLE, Verdict.UNCHANGED]
 
 
 def test_nothing_against_nothing_is_nothing_to_compare() -> None:
-    assert compared([], runs(BASE)).rows == ()
+    assert compared([], runs(BASE)).findings == ()
     assert compared([], []).exit_code == 2

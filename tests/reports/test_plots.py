@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories.records import record, study, unlucky
+from factories.records import junction, record, study, unlucky
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,7 +20,9 @@ from benchmark.reports.plots.data import Data, Wish
 def data(records: Iterable[Record], **wish: Any) -> Data:
     held = list(records)
     return Data(
-        table.of(held), lambda names: (r for r in held if r.scenario in names), Wish(**wish)
+        table.records_table(held),
+        lambda names: (r for r in held if r.scenario in names),
+        Wish(**wish),
     )
 
 
@@ -131,14 +133,26 @@ def test_rows_of_edited_code_keep_their_curves() -> None:
     ]
     both = data([*records[:3], *records[-3:]], rate=0.1)
     assert both.controllers == ["a (11111111)", "a (22222222)"]
-    assert all(both.records("test/a", 0.1, name) for name in both.controllers)
+    assert all(both.junctions("test/a", 0.1, name) for name in both.controllers)
     assert traffic.unregulated(both) is not None
 
 
+def test_junctions_are_drawn_apart() -> None:
+    both = {
+        name: junction(10.0, unregulated_lane_curve=(share,))
+        for name, share in (("N", 0.25), ("S", 0.75))
+    }
+    shown = data([record("a", seed, junctions=both) for seed in range(1, 8)], rate=0.5)
+    assert shown.scenarios == ["test/a N", "test/a S"]
+    figure = traffic.unregulated(shown)
+    assert figure is not None
+    shares = [line.get_ydata()[0] for axes in figure.axes for line in axes.lines]
+    assert shares == [0.25, 0.75]
+
+
 def test_a_few_controllers_are_chosen_where_none_are_asked_for() -> None:
-    many = {f"c{number}": [1.0] for number in range(9)} | {"wang": [1.0]}
-    records = study(**many)
-    assert data(records).controllers == ["wang", "c0", "c1", "c2", "c3"]
+    records = study(**{f"c{number}": [10.0 - number] for number in range(10)})
+    assert data(records).controllers == ["c9", "c8", "c7", "c6", "c5"]  # the least waiting first
     assert data(records, controllers=("c7", "traffic-light")).controllers == ["c7"]
     assert data(records).controllers_left_out == 5
     assert data(records, controllers=("c7",)).controllers_left_out == 9
@@ -151,10 +165,10 @@ def test_curves_are_found_by_run_and_holes_are_left_out(tmp_path: Path) -> None:
     for name, text in (("one", "rollout/waiting,other\n5,\n,1\n3,2\n"), ("two", "x\n1\n")):
         (tmp_path / name / "logs").mkdir(parents=True)
         (tmp_path / name / "logs" / "progress.csv").write_text(text)
-    found = training.logs([tmp_path])
+    found = training.training_logs([tmp_path])
     assert list(found) == ["one", "two"]
-    figure = training.curves(found)
+    figure = training.training_curves(found)
     assert figure is not None
     (line,) = figure.axes[0].lines
     assert (list(line.get_xdata()), list(line.get_ydata())) == ([1, 3], [5.0, 3.0])
-    assert training.curves({"two": found["two"]}) is None
+    assert training.training_curves({"two": found["two"]}) is None

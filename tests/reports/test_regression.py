@@ -9,16 +9,16 @@ from factories.comparisons import BASE, MADE, THROUGHPUT, WAITING, compared, sca
 from factories.records import record, runs, unlucky
 from rich.console import Console
 
-from benchmark.records.measures import COLUMNS
-from benchmark.records.regression import Comparison, Verdict, compare
-from benchmark.reports.regression import document, junit, markdown, terminal, words
+from benchmark.records.measures import MEASURES
+from benchmark.records.regression import RegressionCheck, Verdict, compare
+from benchmark.reports.regression import document, junit, markdown, phrases, terminal
 
 EVIL = "no | idea\n<b onclick=x>\x1b[31m\x00 `rm` &amp; [x](y) \ud7ff"
 NAME = "c?green=5&clearance=4"
 
 
 @pytest.fixture(scope="module")
-def every() -> Comparison:
+def every() -> RegressionCheck:
     """A row of each verdict."""
     a, b = {"scenario": "s/gone", "scenario_hash": "b" * 64}, {"scenario": "s/z|<i>"}
     old = [
@@ -42,29 +42,32 @@ def every() -> Comparison:
         *runs(BASE, controller="fixed"),
     ]
     found = compared(old, new, incomparable={("s/gone", "b" * 64): "no scenario of that name"})
-    assert {row.verdict for row in found.rows} == {*Verdict}
+    assert {row.verdict for row in found.findings} == {*Verdict}
     return found
 
 
-def test_the_outcome_is_one_sentence(every: Comparison) -> None:
-    assert words.headline(every) == (
+def test_the_outcome_is_one_sentence(every: RegressionCheck) -> None:
+    assert phrases.outcome_sentence(every) == (
         "Regression at a limit of 5 %: 1 new failure, 1 worse, 1 not comparable, 1 missing, "
         "1 unproven, 1 fixed, 1 better, 1 unchanged."
     )
-    assert words.headline(compared(runs(BASE), runs(BASE))) == (
+    assert phrases.outcome_sentence(compared(runs(BASE), runs(BASE))) == (
         "No regression at a limit of 5 %: 1 unchanged."
     )
-    assert words.headline(compared([], [])) == "Nothing to compare at a limit of 5 %: no rows."
+    assert (
+        phrases.outcome_sentence(compared([], []))
+        == "Nothing to compare at a limit of 5 %: no rows."
+    )
 
 
 def test_a_row_shows_means_ratio_interval_and_seeds() -> None:
-    (row,) = compared(runs(BASE), runs(scaled(1.5))).rows
-    assert words.cells(row) == [
+    (row,) = compared(runs(BASE), runs(scaled(1.5))).findings
+    assert [*phrases.finding_texts(row).values()] == [
         *("worse", "test/a", "c", "50 %", "waiting [s]", "21.06", "31.59", "1.500"),
         *("+10.53 [+9.84, +11.28]", "8"),
     ]
-    (row,) = compared([record(rate=None)], [record(rate=None, throughput=0.0)], THROUGHPUT).rows
-    assert words.cells(row)[3:] == [
+    (row,) = compared([record(rate=None)], [record(rate=None, throughput=0.0)], THROUGHPUT).findings
+    assert [*phrases.finding_texts(row).values()][3:] == [
         *("every", "throughput [veh/h]", "1000.0", "0.0", "0.000", "-1000.0", "1"),
     ]
 
@@ -72,8 +75,8 @@ def test_a_row_shows_means_ratio_interval_and_seeds() -> None:
 # --- Markdown --------------------------------------------------------------------------------
 
 
-def test_markdown_shows_what_changed_and_folds_the_rest(every: Comparison) -> None:
-    text = markdown.markdown(every, MADE.words())
+def test_markdown_shows_what_changed_and_folds_the_rest(every: RegressionCheck) -> None:
+    text = markdown.regression_markdown(every, MADE.words())
     head, _, rest = text.partition("<details>")
     assert head.startswith("## Regression at a limit of 5 %: 1 new failure")
     rows = [line for line in head.splitlines() if line.startswith("| ")]
@@ -86,8 +89,8 @@ def test_markdown_shows_what_changed_and_folds_the_rest(every: Comparison) -> No
     assert "commit ffffffffffff with changes; rightofway 1.0, sumo 1.28.0" in rest
 
 
-def test_markdown_shows_foreign_texts_literally(every: Comparison) -> None:
-    text = markdown.markdown(every, "")
+def test_markdown_shows_foreign_texts_literally(every: RegressionCheck) -> None:
+    text = markdown.regression_markdown(every, "")
     (remark,) = [line for line in text.splitlines() if line.startswith("- s/z")]
     assert r"seed 8 failed: no \| idea \<b onclick=x\>" in remark
     assert r"\`rm\` \&amp; \[x\](y)" in remark
@@ -101,7 +104,7 @@ def test_markdown_of_very_many_rows_stays_small_and_says_so() -> None:
     names = [f"controller-{number}" for number in range(1200)]
     old = [record(name, 1, 20.0) for name in names]
     new = [record(name, 1, 40.0) for name in names]
-    text = markdown.markdown(compare(old, new, 0.05), "")
+    text = markdown.regression_markdown(compare(old, new, 0.05), "")
     assert "700 more rows are in the JSON report only" in text
     assert len(text.encode()) < 200_000
 
@@ -109,8 +112,8 @@ def test_markdown_of_very_many_rows_stays_small_and_says_so() -> None:
 # --- JUnit -----------------------------------------------------------------------------------
 
 
-def test_junit_has_a_case_per_row_with_its_outcome(every: Comparison) -> None:
-    top = Xml.fromstring(junit.junit(every).encode())
+def test_junit_has_a_case_per_row_with_its_outcome(every: RegressionCheck) -> None:
+    top = Xml.fromstring(junit.junit_xml(every).encode())
     counts = {"tests": "8", "failures": "1", "errors": "1", "skipped": "2"}
     assert top.attrib == {"name": "rightofway regress", **counts}
     outcomes = {child.get("type"): child.tag for case in top.iter("testcase") for child in case}
@@ -126,8 +129,8 @@ def test_junit_has_a_case_per_row_with_its_outcome(every: Comparison) -> None:
     assert sum(int(suite.get("tests", "")) for suite in top) == 8
 
 
-def test_junit_names_figures_and_reasons(every: Comparison) -> None:
-    top = Xml.fromstring(junit.junit(every).encode())
+def test_junit_names_figures_and_reasons(every: RegressionCheck) -> None:
+    top = Xml.fromstring(junit.junit_xml(every).encode())
     cases = {case.get("name"): case for case in top.iter("testcase")}
     assert f"{NAME} at every: average_waiting_time" in cases
     (failure,) = cases["worse at 50 %: average_waiting_time"]
@@ -142,8 +145,8 @@ def test_junit_names_figures_and_reasons(every: Comparison) -> None:
 # --- JSON ------------------------------------------------------------------------------------
 
 
-def test_json_holds_everything_and_is_read_again_by_its_model(every: Comparison) -> None:
-    text = document.as_json(every, MADE)
+def test_json_holds_everything_and_is_read_again_by_its_model(every: RegressionCheck) -> None:
+    text = document.regression_json(every, MADE)
     report = document.Report.model_validate_json(text)
     assert (report.exit_code, report.limit, report.reference) == (1, 0.05, MADE)
     assert report.counts == {str(verdict): 1 for verdict in Verdict}
@@ -159,7 +162,7 @@ def test_json_holds_everything_and_is_read_again_by_its_model(every: Comparison)
 
 
 def test_json_of_nothing_is_a_report_too() -> None:
-    report = document.Report.model_validate_json(document.as_json(compared([], []), None))
+    report = document.Report.model_validate_json(document.regression_json(compared([], []), None))
     assert (report.exit_code, report.rows, report.reference) == (2, (), None)
 
 
@@ -167,9 +170,11 @@ def test_json_of_nothing_is_a_report_too() -> None:
 
 
 @pytest.mark.parametrize("width", [80, 160])
-def test_the_terminal_shows_every_row_with_figures_unbroken(width: int, every: Comparison) -> None:
+def test_the_terminal_shows_every_row_with_figures_unbroken(
+    width: int, every: RegressionCheck
+) -> None:
     screen = Console(width=width, record=True, file=io.StringIO())
-    for table in terminal.tables(every, width):
+    for table in terminal.regression_tables(every, width):
         screen.print(table)
     text = screen.export_text()
     lines = text.splitlines()
@@ -181,12 +186,12 @@ def test_the_terminal_shows_every_row_with_figures_unbroken(width: int, every: C
 
 
 def test_each_figure_has_a_table_of_its_own() -> None:
-    found = terminal.tables(compared(runs(BASE), runs(BASE), WAITING, THROUGHPUT), 80)
+    found = terminal.regression_tables(compared(runs(BASE), runs(BASE), WAITING, THROUGHPUT), 80)
     assert [str(table.title) for table in found] == [
         *("test/a: waiting \\[s]", "test/a: throughput \\[veh/h]"),
     ]
 
 
 def test_every_figure_can_be_shown() -> None:
-    rows = compare(runs(BASE), runs(BASE), 0.05, COLUMNS).rows
-    assert {len(words.cells(row)) for row in rows} == {len(words.HEAD)}
+    rows = compare(runs(BASE), runs(BASE), 0.05, MEASURES).findings
+    assert {tuple(phrases.finding_texts(row)) for row in rows} == {phrases.HEAD}

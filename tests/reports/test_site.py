@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 
 from benchmark.pictures.sheet import whole
 from benchmark.records.record import Record
-from benchmark.reports.site.build import build
+from benchmark.reports.site.build import build_site
 from benchmark.reports.site.contents import Contents
 from benchmark.scenario.scenario import Scenario
 
@@ -51,7 +51,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         {scenario.hash: scenario for scenario in scenarios},
         {scenarios[0].hash: whole.panels(scenarios[0])},
     )
-    build(contents, folder / "site")
+    build_site(contents, folder / "site")
     return folder / "site"
 
 

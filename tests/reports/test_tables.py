@@ -23,10 +23,10 @@ from rich.console import Console
 
 from benchmark.records import leaderboard
 from benchmark.records.leaderboard import Row
-from benchmark.records.measures import COLUMNS
+from benchmark.records.measures import MEASURES
 from benchmark.records.record import Record, Waiting
 from benchmark.records.statistics import Estimate
-from benchmark.reports import tables
+from benchmark.reports import tables, words
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMS: tuple[tables.Format, ...] = get_args(tables.Format)
@@ -52,7 +52,7 @@ def golden_records() -> Iterator[Record]:
 
 
 def golden_rows() -> list[Row]:
-    return leaderboard.rows(golden_records())
+    return leaderboard.rows_of_records(golden_records())
 
 
 def row(
@@ -82,7 +82,7 @@ ROWS = st.lists(
         scenario=NAMES,
         controller=NAMES,
         rate=st.sampled_from([None, 0.1, 0.5]),
-        figures=st.dictionaries(st.sampled_from([column.key for column in COLUMNS]), ESTIMATES),
+        figures=st.dictionaries(st.sampled_from([measure.key for measure in MEASURES]), ESTIMATES),
         difference=st.one_of(st.none(), ESTIMATES),
         marks=st.sampled_from([(), ("creeps", "blocks")]),
         other=st.dictionaries(st.sampled_from(["failed", "timed out"]), st.integers(1, 9)),
@@ -102,16 +102,16 @@ some = settings(max_examples=50)
 @pytest.mark.parametrize("form", FORMS)
 def test_a_table_is_as_its_golden_file(form: tables.Format) -> None:
     golden = GOLDEN / f"leaderboard.{form}"
-    assert tables.render(golden_rows(), form) == golden.read_text(encoding="utf-8")
+    assert tables.render_leaderboard(golden_rows(), form) == golden.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_a_leaderboard_without_rows_is_a_table_all_the_same(form: tables.Format) -> None:
-    assert tables.render([], form).endswith("\n")
-    assert list(csv.DictReader(io.StringIO(tables.as_csv([])))) == []
-    assert json.loads(tables.as_json([])) == []
-    assert tables.terminal([], 80) == []
-    assert "at 50 %" in tables.summary([], 0.5)
+    assert tables.render_leaderboard([], form).endswith("\n")
+    assert list(csv.DictReader(io.StringIO(tables.leaderboard_csv([])))) == []
+    assert json.loads(tables.leaderboard_json([])) == []
+    assert tables.terminal_tables([], 80) == []
+    assert "at 50 %" in tables.table_at_rate([], 0.5)
 
 
 # --- cells -----------------------------------------------------------------------------------
@@ -130,7 +130,7 @@ def test_a_leaderboard_without_rows_is_a_table_all_the_same(form: tables.Format)
 def test_a_figure_shows_its_mean_and_interval(
     estimate: Estimate | None, digits: int, text: str
 ) -> None:
-    assert tables.figure(estimate, digits) == text
+    assert words.mean_and_interval(estimate, digits) == text
 
 
 @pytest.mark.parametrize(
@@ -138,20 +138,20 @@ def test_a_figure_shows_its_mean_and_interval(
     [(None, "no RVs"), (0.0, "0 %"), (0.07, "7 %"), (0.125, "12.5 %"), (1, "100 %")],
 )
 def test_a_rate_is_in_percent(rate: float | None, text: str) -> None:
-    assert tables.percent(rate) == text
+    assert words.percent(rate) == text
 
 
 def test_notes_hold_every_reason_and_the_start_of_a_long_one() -> None:
-    assert tables.notes(row(reasons=("creeps", "2 failed (no)"))) == "creeps, 2 failed (no)"
-    assert tables.notes(row()) == ""
-    long = tables.notes(row(reasons=("x" * 101,)))
+    assert tables.row_notes(row(reasons=("creeps", "2 failed (no)"))) == "creeps, 2 failed (no)"
+    assert tables.row_notes(row()) == ""
+    long = tables.row_notes(row(reasons=("x" * 101,)))
     assert long == "x" * 97 + "..."
 
 
 @pytest.mark.parametrize(("mean", "note"), [(0.0, ""), (12.4, "12 commands refused an episode")])
 def test_notes_hold_refused_commands(mean: float, note: str) -> None:
     figures = {"refused_commands": Estimate(mean, None, None, 1)}
-    assert tables.notes(row(figures=figures)) == note
+    assert tables.row_notes(row(figures=figures)) == note
 
 
 SIX = Estimate(20.0, 19.0, 21.0, 6)
@@ -172,7 +172,7 @@ SIX = Estimate(20.0, 19.0, 21.0, 6)
 def test_an_arrow_says_significant_and_a_star_flagged(
     difference: Estimate | None, sign: str, status: str, star: str
 ) -> None:
-    text = tables.summary([row(waiting=SIX, difference=difference, status=status)], 0.5)
+    text = tables.table_at_rate([row(waiting=SIX, difference=difference, status=status)], 0.5)
     assert text.splitlines()[-1] == f"| c         | {sign}20.0 [19.0, 21.0]{star} |"
 
 
@@ -203,10 +203,10 @@ def parsed(text: str) -> tuple[list[str], list[list[list[str]]]]:
 @some
 @given(rows=ROWS)
 def test_names_that_look_like_markup_are_shown_as_they_are(rows: list[Row]) -> None:
-    headings, found = parsed(tables.markdown(rows))
+    headings, found = parsed(tables.leaderboard_markdown(rows))
     scenarios = list(dict.fromkeys(one.scenario for one in rows))
     places = list(dict.fromkeys((one.scenario, one.rate) for one in rows))
-    at = [f"{scenario} at {tables.percent(rate)}" for scenario, rate in places]
+    at = [f"{scenario} at {words.percent(rate)}" for scenario, rate in places]
     assert headings == ["Leaderboard", *scenarios, "All figures", *at]
     overviews, details = found[: len(scenarios)], found[len(scenarios) :]
     for scenario, (_, *lines) in zip(scenarios, overviews, strict=True):
@@ -220,12 +220,12 @@ def test_names_that_look_like_markup_are_shown_as_they_are(rows: list[Row]) -> N
 @some
 @given(rows=ROWS)
 def test_a_summary_has_a_line_per_controller_and_a_column_per_scenario(rows: list[Row]) -> None:
-    _, ((head, *lines),) = parsed(tables.summary(rows, 0.1))
+    _, ((head, *lines),) = parsed(tables.table_at_rate(rows, 0.1))
     here = [one for one in rows if one.rate == 0.1]
     assert head == ["at 10 %", *dict.fromkeys(one.scenario for one in here)]
     assert sorted(line[0] for line in lines) == sorted({one.controller for one in here})
     waits = {
-        (one.controller, one.scenario): tables.figure(one.headline, 1)
+        (one.controller, one.scenario): words.mean_and_interval(one.headline, 1)
         if one.headline or one.status == "ok"
         else one.status
         for one in here
@@ -257,7 +257,7 @@ REMARKS = {
 
 
 def test_the_overview_says_at_which_rates_a_controller_is_not_ok_and_why() -> None:
-    _, (overview, *_) = parsed(tables.markdown(leaderboard.rows(mishaps())))
+    _, (overview, *_) = parsed(tables.leaderboard_markdown(leaderboard.rows_of_records(mishaps())))
     assert overview[0] == ["controller", "10 %", "50 %", "remarks"]
     assert {line[0]: line[-1] for line in overview[1:]} == REMARKS
     cells = {line[0]: line[1:-1] for line in overview[1:]}
@@ -271,7 +271,7 @@ def test_the_overview_says_at_which_rates_a_controller_is_not_ok_and_why() -> No
 
 
 def test_every_form_shows_status_and_reason_of_every_row() -> None:
-    rows = leaderboard.rows(mishaps())
+    rows = leaderboard.rows_of_records(mishaps())
     expected = sorted(
         (name, rate, status)
         for name, by_rate in {
@@ -284,25 +284,25 @@ def test_every_form_shows_status_and_reason_of_every_row() -> None:
         for rate, status in by_rate.items()
     )
     assert sorted((one.controller, one.rate, one.status) for one in rows) == expected
-    lines = list(csv.DictReader(io.StringIO(tables.as_csv(rows))))
+    lines = list(csv.DictReader(io.StringIO(tables.leaderboard_csv(rows))))
     assert sorted((one["controller"], float(one["rate"]), one["status"]) for one in lines) == (
         expected
     )
     notes = {one["controller"]: one["notes"] for one in lines if one["rate"] == "0.5"}
     assert notes["late"] == "1 timed out (no reason given)"
     assert notes["all"] == "1 skipped (tee)"
-    objects = json.loads(tables.as_json(rows))
+    objects = json.loads(tables.leaderboard_json(rows))
     assert sorted((one["controller"], one["rate"], one["status"]) for one in objects) == expected
     assert {tuple(one["reasons"]) for one in objects if one["controller"] == "some"} == {
         ("3 failed (no |weights_)",),
         ("1 failed (no)",),
     }
     shown = [line for line in REMARKS.items() if line[1]]
-    assert tables.remarks(rows) == [f"test/a: {name}: {text}" for name, text in sorted(shown)]
-    latex = tables.latex(rows)
+    assert tables.row_remarks(rows) == [f"test/a: {name}: {text}" for name, text in sorted(shown)]
+    latex = tables.leaderboard_latex(rows)
     assert r"skipped: 1 skipped (tee)" in latex
     assert r"3 failed (no |weights\_)" in latex
-    _, (*_, details) = parsed(tables.markdown(rows))
+    _, (*_, details) = parsed(tables.leaderboard_markdown(rows))
     assert details[0][-2:] == ["status", "notes"]
     assert {line[0]: line[-2] for line in details[1:]} == {
         name: status for name, rate, status in expected if rate == 0.5
@@ -310,13 +310,13 @@ def test_every_form_shows_status_and_reason_of_every_row() -> None:
 
 
 def test_two_scenarios_of_one_name_have_their_own_tables() -> None:
-    rows = leaderboard.rows(
+    rows = leaderboard.rows_of_records(
         [record(waiting=10, scenario_hash="0" * 64), record(waiting=30, scenario_hash="1" * 64)]
     )
-    headings, (first, second, *_) = parsed(tables.markdown(rows))
+    headings, (first, second, *_) = parsed(tables.leaderboard_markdown(rows))
     assert headings[1:3] == ["test/a (00000000)", "test/a (11111111)"]
     assert (first[1], second[1]) == (["c", "10.0"], ["c", "30.0"])
-    (table,) = parsed(tables.summary(rows, 0.5))[1]
+    (table,) = parsed(tables.table_at_rate(rows, 0.5))[1]
     assert table == [["at 50 %", *headings[1:3]], ["c", "10.0", "30.0"]]
 
 
@@ -326,13 +326,13 @@ def test_two_scenarios_of_one_name_have_their_own_tables() -> None:
 @some
 @given(rows=ROWS)
 def test_a_csv_table_parses_back_to_the_last_bit(rows: list[Row]) -> None:
-    lines = list(csv.DictReader(io.StringIO(tables.as_csv(rows))))
+    lines = list(csv.DictReader(io.StringIO(tables.leaderboard_csv(rows))))
     for one, line in zip(rows, lines, strict=True):
         assert (line["scenario"], line["controller"]) == (one.scenario, one.controller)
         assert line["rate"] == ("" if one.rate is None else repr(one.rate))
-        assert line["notes"] == tables.notes(one)
+        assert line["notes"] == tables.row_notes(one)
         figures = {**one.figures, "difference_to_signal": one.difference}
-        for key in ["difference_to_signal", *(column.key for column in COLUMNS)]:
+        for key in ["difference_to_signal", *(measure.key for measure in MEASURES)]:
             figure = figures.get(key)
             ends = (figure.mean, figure.low, figure.high) if figure else (None, None, None)
             written = [line[key], line[f"{key}_low"], line[f"{key}_high"]]
@@ -355,14 +355,14 @@ def test_a_json_table_parses_back_to_the_same_rows(rows: list[Row]) -> None:
                 "reasons": tuple(facts["reasons"]),
             }
         )
-        for facts in json.loads(tables.as_json(rows))
+        for facts in json.loads(tables.leaderboard_json(rows))
     ]
 
 
 @some
 @given(rows=ROWS)
 def test_latex_has_no_sign_that_tex_would_act_on(rows: list[Row]) -> None:
-    lines = tables.latex(rows).splitlines()
+    lines = tables.leaderboard_latex(rows).splitlines()
     body = [line for line in lines if " & " in line and not line.startswith("% ")]
     for line in body:
         literal = re.sub(r"\\[&%$#_{}]|\\text\w+\{\}|\\ensuremath\{[<>]\}", "", line)
@@ -380,7 +380,7 @@ def test_the_terminals_tables_fit_and_show_every_cell(width: int) -> None:
     ]
     target = io.StringIO()
     console = Console(file=target, width=width)
-    shown = tables.terminal(rows, width)
+    shown = tables.terminal_tables(rows, width)
     for table in shown:
         console.print(table)
     text = target.getvalue()
@@ -395,18 +395,18 @@ def test_the_terminals_tables_fit_and_show_every_cell(width: int) -> None:
 def test_the_terminal_shows_stars_and_failures() -> None:
     rows = [row(waiting=SIX, status="flagged"), row(controller="d", status="failed")]
     target = io.StringIO()
-    (table,) = tables.terminal(rows, 80)
+    (table,) = tables.terminal_tables(rows, 80)
     Console(file=target, width=80).print(table)
     assert re.search(r"c +20\.0\* *\n +19\.0-21\.0 *\n d +failed", target.getvalue())
 
 
 def test_the_legend_explains_every_mark() -> None:
-    assert all(f"{mark}: " in tables.legend() for mark in leaderboard.MARKS)
-    assert tables.legend() in tables.markdown([])
+    assert all(f"{mark}: " in tables.marks_legend() for mark in leaderboard.MARKS)
+    assert tables.marks_legend() in tables.leaderboard_markdown([])
 
 
 if __name__ == "__main__":
     GOLDEN.mkdir(exist_ok=True)
     for name in FORMS:
-        text = tables.render(golden_rows(), name)
+        text = tables.render_leaderboard(golden_rows(), name)
         (GOLDEN / f"leaderboard.{name}").write_text(text, encoding="utf-8")

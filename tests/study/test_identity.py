@@ -126,7 +126,7 @@ def test_records_say_which_code_of_a_package_made_them(package: Path) -> None:
     (package / "two.py").write_text("# imported by one.py")
     found.append(source())
     assert all(re.fullmatch("one.py sha256:[0-9a-f]{64}", one) for one in found)
-    rows = leaderboard.rows(
+    rows = leaderboard.rows_of_records(
         record("mine.one:Mine", seed=seed, controller_from=one)
         for seed, one in enumerate(found, start=1)
     )

@@ -40,7 +40,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rows(results: Path) -> dict[str, Row]:
-    return {row.controller: row for row in leaderboard.rows(Store(results).read())}
+    return {row.controller: row for row in leaderboard.rows_of_records(Store(results).read())}
 
 
 def waits(row: Row) -> float:
@@ -118,4 +118,4 @@ def test_every_cheat_stands_on_the_leaderboard_with_its_status(
         assert written[name]["status"] == row.status
         assert (written[name]["notes"] == "") == (name == "traffic-light")
     page = (results / "LEADERBOARD.md").read_text(encoding="utf-8")
-    assert page == tables.markdown(list(rows.values()))
+    assert page == tables.leaderboard_markdown(list(rows.values()))

@@ -9,11 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from benchmark.records.leaderboard import REFERENCE
+from benchmark.records.measures import HEADLINE
 from benchmark.records.statistics import CONFIDENCE, RANDOM_STATE, RESAMPLES, reductions
 from benchmark.reports.plots import style
-from benchmark.reports.plots.data import REFERENCE, Data
-from benchmark.reports.plots.waiting import KEY
-from benchmark.reports.tables import percent
+from benchmark.reports.plots.data import Data
+from benchmark.reports.words import percent
 
 Floats = NDArray[np.float64]
 REACH = 100.0  # % of the colours; what is worse than twice the signal's is no darker
@@ -26,10 +27,9 @@ def improvement(data: Data) -> Figure | None:
     sure = np.zeros(shares.shape, dtype=bool)
     for row, (scenario, rate) in enumerate(places):
         for column, name in enumerate(data.controllers):
-            ours, signal = _paired(data, scenario, rate, name)
-            (found,) = reductions([(ours, signal)])
-            if found is not None:
-                shares[row, column], sure[row, column] = 100 * found.mean, found.excludes_zero
+            (share,) = reductions([data.paired(HEADLINE.key, scenario, rate, name)])
+            if share is not None:
+                shares[row, column], sure[row, column] = 100 * share.mean, share.excludes_zero
     if np.isnan(shares).all():
         return None
     figure, (axes,) = _single(len(places), len(data.controllers))
@@ -38,7 +38,9 @@ def improvement(data: Data) -> Figure | None:
         text = "-" if math.isnan(share) else f"{share:.0f}{'' if sure[row, column] else '?'}"
         dark = not math.isnan(share) and abs(share) > 60
         axes.text(
-            *(column, row, text),
+            column,
+            row,
+            text,
             ha="center",
             va="center",
             color="white" if dark else style.INK,
@@ -63,19 +65,6 @@ def _single(rows: int, columns: int) -> tuple[Figure, list[Axes]]:
     (axes,) = panels.values()
     axes.grid(visible=False)
     return figure, [axes]
-
-
-def _paired(
-    data: Data, scenario: str, rate: float, controller: str
-) -> tuple[list[float], list[float]]:
-    """Waiting of a controller and of the signal on the seeds that both have [s]."""
-    ours = data.values(KEY, scenario, rate, controller)
-    signal = data.signal(KEY, scenario)
-    seeds = sorted(ours.keys() & signal.keys())
-    return [ours[seed] for seed in seeds], [signal[seed] for seed in seeds]
-
-
-# --- from which rate on -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -124,9 +113,9 @@ def crossovers(data: Data) -> dict[tuple[str, str], Crossover]:
     """Of each scenario and controller that has seeds in common with the signal at two rates."""
     found = {}
     for scenario in data.scenarios:
-        signal = data.signal(KEY, scenario)
+        signal = data.signal(HEADLINE.key, scenario)
         for name in data.controllers:
-            by_rate = {rate: data.values(KEY, scenario, rate, name) for rate in data.rates}
+            by_rate = {rate: data.values(HEADLINE.key, scenario, rate, name) for rate in data.rates}
             run = {rate: values for rate, values in by_rate.items() if values}
             seeds = sorted(set(signal).intersection(*run.values()))
             if len(run) > 1 and seeds:

@@ -3,26 +3,22 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import fmean
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.messages import nearest
-from benchmark.records import samples
-from benchmark.records.record import Record, told_apart
-from benchmark.records.samples import Cell
-from benchmark.records.table import FIGURES
+from benchmark.records.leaderboard import REFERENCE
+from benchmark.records.measures import HEADLINE
+from benchmark.records.record import JunctionMetrics, Record
+from benchmark.records.samples import BySeed, Cell, Floats, cells_of
 
 if TYPE_CHECKING:
     import polars
 
 MOST_SCENARIOS, MOST_CONTROLLERS = 8, 5  # in one figure, unless more are asked for
-USUAL = (
-    *("wang", "wang-tuned", "hierarchical", "hierarchical-tuned", "time-windows"),
-    *("virtual-signal", "first-come"),
-)
-REFERENCE = "traffic-light"
-
-Seeds = dict[int, float]  # seed -> value
 
 
 @dataclass(frozen=True)
@@ -53,63 +49,81 @@ class Data:
         records: Callable[[Sequence[str]], Iterable[Record]],
         wish: Wish,
     ) -> None:
+        cells = [cell for cell in cells_of(table) if cell.sample is not cell.network]
         self._cells: dict[tuple[str, float | None, str], Cell] = {
-            (one.scenario, one.rate, one.sample.group.controller): one for one in samples.of(table)
+            (cell.scenario, cell.rate, cell.sample.group.controller): cell for cell in cells
         }
-        self._read = records
+        self._table, self._read = table, records
         self.rate = wish.rate
-        known = list(dict.fromkeys(scenario for scenario, _, _ in sorted_keys(self._cells)))
+        known = sorted({cell.scenario for cell in cells})
         self.scenarios = _chosen("scenario", wish.scenarios, known) or known[:MOST_SCENARIOS]
         self.scenarios_left_out = len(known) - len(self.scenarios)
-        here = {key for key in self._cells if key[0] in self.scenarios}
-        run = {rate for _, rate, _ in here if rate is not None}
+        here = [cell for cell in cells if cell.scenario in self.scenarios]
+        run = {cell.rate for cell in here if cell.rate is not None}
         self.rates = sorted(run.intersection(wish.rates) if wish.rates else run)
-        lights = {key[2] for key in here if self._cells[key].sample.group.rules == "lights"}
+        groups = [cell.sample.group for cell in here]
+        lights = {group.controller for group in groups if group.rules == "lights"}
         self.signals = sorted(lights, key=lambda name: (name != REFERENCE, name))
-        others = sorted({name for _, _, name in here} - lights)
+        others = sorted({group.controller for group in groups} - lights)
         asked = _chosen("controller", wish.controllers, [*others, *self.signals])
-        self.controllers = [name for name in asked if name not in lights] or _usual(others)
+        self.controllers = [name for name in asked if name not in lights] or self._best(others)
         self.controllers_left_out = len({*others}.difference(self.controllers))
 
-    def values(self, key: str, scenario: str, rate: float | None, controller: str) -> Seeds:
-        """A column of the leaderboard by seed; empty where there is none."""
+    def values(self, key: str, scenario: str, rate: float | None, controller: str) -> BySeed:
+        """A measure by seed; empty where there is none."""
         cell = self._cells.get((scenario, rate, controller))
-        if cell is None:
-            return {}
-        seeds, values = cell.sample.values(FIGURES.index(key))
-        return dict(zip(seeds.tolist(), values.tolist(), strict=True))
+        return cell.sample.by_seed(key) if cell else {}
 
-    def signal(self, key: str, scenario: str, controller: str = REFERENCE) -> Seeds:
+    def signal(self, key: str, scenario: str, controller: str = REFERENCE) -> BySeed:
         """The same, of what commands no vehicle and so is the same at every rate."""
         for rate in (*self.rates, None):
-            if found := self.values(key, scenario, rate, controller):
-                return found
+            if values := self.values(key, scenario, rate, controller):
+                return values
         return {}
 
-    def records(self, scenario: str, rate: float, controller: str) -> list[Record]:
-        """The newest record of each episode that is ok, by seed."""
-        return self._by_cell.get((scenario, rate, controller), [])
+    def paired(
+        self, key: str, scenario: str, rate: float, controller: str
+    ) -> tuple[Floats, Floats]:
+        """A measure of a controller and of the signal on the seeds that both have."""
+        ours, signal = (self._cells.get((scenario, rate, name)) for name in (controller, REFERENCE))
+        if ours is None or signal is None:
+            return np.empty(0), np.empty(0)
+        return ours.sample.paired(signal.sample, key)
+
+    def junctions(self, scenario: str, rate: float, controller: str) -> list[JunctionMetrics]:
+        """What records say of a junction, of each episode that is ok, by seed."""
+        cell = self._cells.get((scenario, rate, controller))
+        if cell is None:
+            return []
+        sample = cell.sample
+        return [self._records[number].junctions[sample.junction] for number in sample.records]
 
     @cached_property
-    def _by_cell(self) -> dict[tuple[str, float | None, str], list[Record]]:
-        wanted = {*self.controllers}
-        newest = {
-            one.episode: one
-            for one in told_apart(self._read(self.scenarios))
-            if one.controller in wanted and one.rate == self.rate
-        }
-        found: dict[tuple[str, float | None, str], list[Record]] = {}
-        for one in sorted(newest.values(), key=lambda record: record.seed):
-            if one.status == "ok" and len(one.junctions) == 1:
-                found.setdefault((one.scenario, one.rate, one.controller), []).append(one)
-        return found
+    def _records(self) -> dict[int, Record]:
+        """The records of the scenarios shown, by their numbers in the table."""
+        import polars
 
+        groups = (
+            cell.sample.group for cell in self._cells.values() if cell.scenario in self.scenarios
+        )
+        names = sorted({group.scenario for group in groups})
+        rows = self._table.filter(polars.col("scenario").is_in(names))
+        return dict(zip(rows["record"].unique().sort(), self._read(names), strict=True))
 
-def sorted_keys(
-    keys: Iterable[tuple[str, float | None, str]],
-) -> list[tuple[str, float | None, str]]:
-    """Keys of cells in order; without a rate first."""
-    return sorted(keys, key=lambda key: (key[0], -1.0 if key[1] is None else key[1], key[2]))
+    def _best(self, names: Sequence[str]) -> list[str]:
+        """The controllers that are shown where none are asked for: those that wait least."""
+
+        def waiting(name: str) -> float:
+            means = [
+                fmean(values.values())
+                for scenario in self.scenarios
+                for rate in self.rates
+                if (values := self.values(HEADLINE.key, scenario, rate, name))
+            ]
+            return fmean(means) if means else float("inf")
+
+        plain = [name for name in names if "?" not in name] or names
+        return sorted(plain, key=lambda name: (waiting(name), name))[:MOST_CONTROLLERS]
 
 
 def _chosen(kind: str, wanted: Sequence[str], known: Sequence[str]) -> list[str]:
@@ -118,18 +132,10 @@ def _chosen(kind: str, wanted: Sequence[str], known: Sequence[str]) -> list[str]
     Raises:
         UsageError: nothing has that name.
     """
-    found = []
+    chosen: list[str] = []
     for name in dict.fromkeys(wanted):
-        meant = [one for one in known if name in (one, one.rpartition("/")[2])]
+        meant = [full for full in known if name in (full, full.rpartition("/")[2])]
         if not meant:
             raise UsageError(f'--{kind} "{name}": no records{nearest(name, known)}')
-        found += meant
-    return list(dict.fromkeys(found))
-
-
-def _usual(known: Sequence[str]) -> list[str]:
-    """The controllers that are shown where none are asked for."""
-    plain = [name for name in known if "?" not in name]
-    first = [name for name in USUAL if name in plain]
-    rest = [name for name in plain if name not in first]
-    return [*first, *rest][:MOST_CONTROLLERS] or list(known[:MOST_CONTROLLERS])
+        chosen += meant
+    return list(dict.fromkeys(chosen))

@@ -7,9 +7,10 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmark.plumbing.files import writing
+from benchmark.records.leaderboard import REFERENCE
 from benchmark.reports.plots import comparison, style, traffic, training, waiting
-from benchmark.reports.plots.data import REFERENCE, Data
-from benchmark.reports.tables import percent
+from benchmark.reports.plots.data import Data
+from benchmark.reports.words import percent
 
 
 @dataclass(frozen=True)
@@ -70,14 +71,14 @@ KINDS = (
         "training",
         "What each training run logged, round by round.",
         "give the folders of training runs with --training",
-        lambda _, logs: training.curves(logs),
+        lambda _, logs: training.training_curves(logs),
     ),
 )
 NAMES = tuple(kind.name for kind in KINDS)
 PAGE = "README.md"
 
 
-def write(
+def write_figures(
     data: Data, logs: dict[str, Path], folder: Path, form: style.Format, only: Sequence[str]
 ) -> Iterator[tuple[Kind, Path | None]]:
     """Draw figures one by one; None stands for a file where there is nothing to draw.
@@ -100,7 +101,7 @@ def write(
         yield kind, target if figure is not None else None
 
 
-def write_page(data: Data, written: Sequence[tuple[Kind, Path]], folder: Path) -> None:
+def write_gallery(data: Data, written: Sequence[tuple[Kind, Path]], folder: Path) -> None:
     """Write the page that shows the figures with their captions.
 
     Raises:

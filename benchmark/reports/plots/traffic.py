@@ -4,11 +4,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from benchmark.records.record import JunctionMetrics, Record
 from benchmark.records.statistics import Estimate, estimates
 from benchmark.reports.plots import style
 from benchmark.reports.plots.data import Data
-from benchmark.reports.tables import percent
+from benchmark.reports.words import percent
 
 BIN = 10.0  # s of an entry of a record's curve
 ROOM = 0.8  # of the distance between movements, for bars
@@ -20,24 +19,24 @@ def unregulated(data: Data) -> Figure | None:
     drawn = False
     for scenario, axes in panels.items():
         for place, name in enumerate(data.controllers):
-            curves = [
-                _junction(one).unregulated_lane_curve
-                for one in data.records(scenario, data.rate, name)
-            ]
+            junctions = data.junctions(scenario, data.rate, name)
+            curves = [junction.unregulated_lane_curve for junction in junctions]
             shortest = min(map(len, curves), default=0)
             if not shortest:
                 continue
             drawn = True
-            found = estimates([[curve[index] for curve in curves] for index in range(shortest)])
+            means = estimates([[curve[index] for curve in curves] for index in range(shortest)])
             middles = BIN * (np.arange(shortest) + 0.5)
             looks = style.looks(place) | {"marker": ""}
             axes.fill_between(
-                *(middles, [_low(one) for one in found], [_high(one) for one in found]),
+                middles,
+                [_low(mean) for mean in means],
+                [_high(mean) for mean in means],
                 color=looks["color"],
                 alpha=0.2,
                 linewidth=0,
             )
-            axes.plot(middles, [one.mean for one in found], **looks)
+            axes.plot(middles, [mean.mean for mean in means], **looks)
         axes.set(ylim=(0, 1.02), xlim=(0, None))
         axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.0f} %")
     if not drawn:
@@ -56,30 +55,29 @@ def movements(data: Data) -> Figure | None:
     figure, panels = style.panels(data.scenarios)
     drawn = False
     for scenario, axes in panels.items():
-        held = {name: data.records(scenario, data.rate, name) for name in data.controllers}
+        waits = [
+            [each.waiting_by_movement for each in data.junctions(scenario, data.rate, name)]
+            for name in data.controllers
+        ]
         names = sorted(
-            {
-                movement
-                for records in held.values()
-                for one in records
-                for movement in _junction(one).waiting_by_movement
-            }
+            {movement for seeds in waits for by_movement in seeds for movement in by_movement}
         )
         apart = ROOM / len(data.controllers)
-        for place, (_, records) in enumerate(held.items()):
+        for place, seeds in enumerate(waits):
             for index, movement in enumerate(names):
                 values = [
-                    waiting.mean
-                    for one in records
-                    if (waiting := _junction(one).waiting_by_movement.get(movement))
+                    waiting.mean for by_movement in seeds if (waiting := by_movement.get(movement))
                 ]
                 if values:
                     drawn = True
-                    (found,) = estimates([values])
+                    (estimate,) = estimates([values])
                     centre = index + (place + 0.5) * apart - ROOM / 2
-                    reach = [[found.mean - _low(found)], [_high(found) - found.mean]]
+                    low, high = _low(estimate), _high(estimate)
+                    reach = [[estimate.mean - low], [high - estimate.mean]]
                     axes.bar(
-                        *(centre, found.mean, 0.9 * apart),
+                        centre,
+                        estimate.mean,
+                        0.9 * apart,
                         yerr=reach,
                         error_kw={"elinewidth": 0.7},
                         **style.filling(place),
@@ -98,14 +96,9 @@ def movements(data: Data) -> Figure | None:
     return figure
 
 
-def _junction(record: Record) -> JunctionMetrics:
-    (junction,) = record.junctions.values()
-    return junction
+def _low(estimate: Estimate) -> float:
+    return estimate.mean if estimate.low is None else estimate.low
 
 
-def _low(one: Estimate) -> float:
-    return one.mean if one.low is None else one.low
-
-
-def _high(one: Estimate) -> float:
-    return one.mean if one.high is None else one.high
+def _high(estimate: Estimate) -> float:
+    return estimate.mean if estimate.high is None else estimate.high

@@ -17,13 +17,13 @@ CURVES = {
 }
 
 
-def logs(folders: Sequence[Path]) -> dict[str, Path]:
+def training_logs(folders: Sequence[Path]) -> dict[str, Path]:
     """The logs below folders, by the name of the run that left them.
 
     Raises:
         UsageError: a folder holds none.
     """
-    found = {}
+    logs = {}
     for folder in folders:
         here = sorted(folder.rglob("logs/progress*.csv"))
         if not here:
@@ -35,13 +35,13 @@ def logs(folders: Sequence[Path]) -> dict[str, Path]:
             run = path.parent.parent
             name = run.name if run != folder or len(here) == 1 else folder.name
             more = path.stem.removeprefix("progress")
-            found[f"{name}{more}"] = path
-    return found
+            logs[f"{name}{more}"] = path
+    return logs
 
 
-def curves(found: dict[str, Path]) -> Figure | None:
+def training_curves(logs: dict[str, Path]) -> Figure | None:
     """What each run logged, round by round."""
-    runs = {name: _columns(path) for name, path in found.items()}
+    runs = {name: _columns(path) for name, path in logs.items()}
     logged = set().union(*runs.values())
     known = {key: title for key, title in CURVES.items() if key in logged}
     if not known:

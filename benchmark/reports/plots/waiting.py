@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from benchmark.records.measures import HEADLINE
 from benchmark.records.statistics import estimates
 from benchmark.reports.plots import style
 from benchmark.reports.plots.data import Data
-from benchmark.reports.tables import percent
+from benchmark.reports.words import percent
 
-KEY = "average_waiting_time"
 SHORTEST = 0.1  # s; a logarithmic axis has no zero
 ROOM = 0.8  # of the distance between rates, for boxes
 
@@ -30,7 +30,7 @@ def boxes(data: Data) -> Figure | None:
         for place, name in enumerate(data.controllers):
             shown += _boxes(axes, data, scenario, place, name)
         for place, name in enumerate(data.signals):
-            if values := data.signal(KEY, scenario, name):
+            if values := data.signal(HEADLINE.key, scenario, name):
                 mean = max(float(np.mean([*values.values()])), SHORTEST)
                 axes.axhline(mean, **style.signal_line(place))
                 shown.append(mean)
@@ -60,7 +60,7 @@ def _boxes(axes: Axes, data: Data, scenario: str, place: int, name: str) -> list
     found = [
         (index + (place + 0.5) * apart - ROOM / 2, [max(one, SHORTEST) for one in values.values()])
         for index, rate in enumerate(data.rates)
-        if (values := data.values(KEY, scenario, rate, name))
+        if (values := data.values(HEADLINE.key, scenario, rate, name))
     ]
     if not found:
         return []
@@ -121,7 +121,9 @@ def _points(
     data: Data, scenario: str, name: str, rates: Sequence[float | None]
 ) -> Iterator[tuple[float, float]]:
     for rate in rates:
-        flows, waits = (data.values(key, scenario, rate, name) for key in ("throughput", KEY))
+        flows, waits = (
+            data.values(key, scenario, rate, name) for key in ("throughput", HEADLINE.key)
+        )
         if flows and waits:
             flow, wait = (found.mean for found in estimates([[*flows.values()], [*waits.values()]]))
             yield flow, wait

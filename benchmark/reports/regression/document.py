@@ -6,7 +6,7 @@ from pydantic import Field
 
 from benchmark.plumbing.models import Entry
 from benchmark.records.provenance import Provenance
-from benchmark.records.regression import Comparison, Row, Verdict
+from benchmark.records.regression import Finding, RegressionCheck, Verdict
 
 
 class Interval(Entry):
@@ -46,34 +46,36 @@ class Report(Entry):
     rows: tuple[ReportRow, ...]
 
 
-def as_json(comparison: Comparison, made: Provenance | None) -> str:
+def regression_json(check: RegressionCheck, made: Provenance | None) -> str:
     """The report as text that ends in a newline."""
     report = Report.model_validate(
         {
-            "exit_code": comparison.exit_code,
-            "limit": comparison.limit,
-            "counts": {str(verdict): count for verdict, count in comparison.counts().items()},
+            "exit_code": check.exit_code,
+            "limit": check.limit,
+            "counts": {str(verdict): count for verdict, count in check.counts().items()},
             "reference": made,
-            "rows": tuple(map(_row, comparison.rows)),
+            "rows": tuple(map(_row, check.findings)),
         }
     )
     return report.model_dump_json(by_alias=True, indent=1) + "\n"
 
 
-def _row(row: Row) -> ReportRow:
-    found = row.difference
+def _row(finding: Finding) -> ReportRow:
+    difference = finding.difference
     return ReportRow(
-        verdict=row.verdict,
-        scenario=row.scenario,
-        controller=row.controller,
-        rate=row.rate,
-        metric=row.column.key,
-        unit=row.column.unit,
-        more_is_better=row.column.more_is_better,
-        reference=row.reference,
-        new=row.new,
-        ratio=row.ratio,
-        difference=Interval(mean=found.mean, low=found.low, high=found.high) if found else None,
-        seeds=row.seeds,
-        remark=row.remark,
+        verdict=finding.verdict,
+        scenario=finding.scenario,
+        controller=finding.controller,
+        rate=finding.rate,
+        metric=finding.measure.key,
+        unit=finding.measure.unit,
+        more_is_better=finding.measure.more_is_better,
+        reference=finding.reference,
+        new=finding.new,
+        ratio=finding.ratio,
+        difference=Interval(mean=difference.mean, low=difference.low, high=difference.high)
+        if difference
+        else None,
+        seeds=finding.seeds,
+        remark=finding.remark,
     )

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from xml.etree import ElementTree as Xml
 
-from benchmark.records.regression import Comparison, Row, Verdict
-from benchmark.reports.regression import words
+from benchmark.records.regression import Finding, RegressionCheck, Verdict
+from benchmark.reports.regression import phrases
 
 KINDS = {
     Verdict.WORSE: "failure",
@@ -17,41 +17,41 @@ KINDS = {
 NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def junit(comparison: Comparison) -> str:
-    """A test suite per scenario, a test case per row."""
-    top = Xml.Element("testsuites", {"name": "rightofway regress"} | _counts(comparison.rows))
-    by_scenario = sorted(comparison.rows, key=lambda row: row.scenario)
-    for scenario, members in groupby(by_scenario, key=lambda row: row.scenario):
-        rows = list(members)
-        suite = Xml.SubElement(top, "testsuite", {"name": _xml(scenario)} | _counts(rows))
-        for row in rows:
-            _case(suite, row)
+def junit_xml(check: RegressionCheck) -> str:
+    """A test suite per scenario, a test case per finding."""
+    top = Xml.Element("testsuites", {"name": "rightofway regress"} | _counts(check.findings))
+    by_scenario = sorted(check.findings, key=lambda finding: finding.scenario)
+    for scenario, members in groupby(by_scenario, key=lambda finding: finding.scenario):
+        findings = list(members)
+        suite = Xml.SubElement(top, "testsuite", {"name": _xml(scenario)} | _counts(findings))
+        for finding in findings:
+            _case(suite, finding)
     Xml.indent(top)
     return f'<?xml version="1.0" encoding="utf-8"?>\n{Xml.tostring(top, encoding="unicode")}\n'
 
 
-def _case(suite: Xml.Element, row: Row) -> None:
-    name = f"{row.controller} at {words.rate(row)}: {row.column.key}"
-    case = Xml.SubElement(suite, "testcase", classname=_xml(row.scenario), name=_xml(name))
+def _case(suite: Xml.Element, finding: Finding) -> None:
+    texts = phrases.finding_texts(finding)
+    name = f"{finding.controller} at {texts['rate']}: {finding.measure.key}"
+    case = Xml.SubElement(suite, "testcase", classname=_xml(finding.scenario), name=_xml(name))
     figures = (
-        f"{row.verdict}: {words.number(row.reference, row)} -> {words.number(row.new, row)} "
-        f"{row.column.unit}, ratio {words.ratio(row)}, difference {words.difference(row)}, "
-        f"{row.seeds} seeds"
+        f"{finding.verdict}: {texts['before']} -> {texts['now']} {finding.measure.unit}, "
+        f"ratio {texts['ratio']}, difference {texts['difference']}, {texts['seeds']} seeds"
     )
-    text = "\n".join(part for part in (figures, row.remark) if part)
-    kind = KINDS.get(row.verdict)
+    text = "\n".join(part for part in (figures, finding.remark) if part)
+    kind = KINDS.get(finding.verdict)
     if kind is None:
         Xml.SubElement(case, "system-out").text = _xml(text)
     else:
-        message = figures if row.verdict is Verdict.WORSE else row.remark
-        found = Xml.SubElement(case, kind, type=str(row.verdict), message=_xml(message))
-        found.text = _xml(text)
+        message = figures if finding.verdict is Verdict.WORSE else finding.remark
+        result = Xml.SubElement(case, kind, type=str(finding.verdict), message=_xml(message))
+        result.text = _xml(text)
 
 
-def _counts(rows: Sequence[Row]) -> dict[str, str]:
-    kinds = [KINDS.get(row.verdict) for row in rows]
+def _counts(findings: Sequence[Finding]) -> dict[str, str]:
+    kinds = [KINDS.get(finding.verdict) for finding in findings]
     counts = {
-        "tests": len(rows),
+        "tests": len(findings),
         "failures": kinds.count("failure"),
         "errors": kinds.count("error"),
         "skipped": kinds.count("skipped"),

@@ -2,26 +2,26 @@
 
 from collections.abc import Sequence
 
-from benchmark.records.regression import Comparison, Row, Verdict
-from benchmark.reports.regression import words
-from benchmark.reports.tables import literal
+from benchmark.records.regression import Finding, RegressionCheck, Verdict
+from benchmark.reports.regression import phrases
+from benchmark.reports.words import markdown_literal
 
 LONGEST = 500  # rows a table; GitHub refuses summaries above 1 MiB
 LONGEST_REMARK = 300  # characters
 
 
-def markdown(comparison: Comparison, about: str) -> str:
+def regression_markdown(check: RegressionCheck, about: str) -> str:
     """The outcome, what changed, and the unchanged rows folded away.
 
     Args:
-        comparison: what came out.
+        check: what came out.
         about: where the reference is from.
     """
-    unchanged = [row for row in comparison.rows if row.verdict is Verdict.UNCHANGED]
-    changed = [row for row in comparison.rows if row.verdict is not Verdict.UNCHANGED]
-    parts = [f"## {words.headline(comparison)}", *([_table(changed)] if changed else [])]
-    if found := words.remarks(comparison.rows):
-        parts.append("\n".join(f"- {_plain(remark)}" for remark in found[:LONGEST]))
+    unchanged = [finding for finding in check.findings if finding.verdict is Verdict.UNCHANGED]
+    changed = [finding for finding in check.findings if finding.verdict is not Verdict.UNCHANGED]
+    parts = [f"## {phrases.outcome_sentence(check)}", *([_table(changed)] if changed else [])]
+    if remarks := phrases.remark_lines(check.findings):
+        parts.append("\n".join(f"- {_plain(remark)}" for remark in remarks[:LONGEST]))
     if unchanged:
         summary = f"<summary>{len(unchanged)} unchanged</summary>"
         parts.append(f"<details>{summary}\n\n{_table(unchanged)}\n\n</details>")
@@ -30,17 +30,20 @@ def markdown(comparison: Comparison, about: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _table(rows: Sequence[Row]) -> str:
+def _table(findings: Sequence[Finding]) -> str:
     from tabulate import tabulate
 
-    body = [[_plain(cell) for cell in words.cells(row)] for row in rows[:LONGEST]]
-    align = ["right" if title in words.RIGHT else "left" for title in words.HEAD]
-    text = tabulate(body, words.HEAD, tablefmt="github", colalign=align, disable_numparse=True)
-    more = len(rows) - len(body)
+    body = [
+        [_plain(text) for text in phrases.finding_texts(finding).values()]
+        for finding in findings[:LONGEST]
+    ]
+    align = ["right" if title in phrases.RIGHT else "left" for title in phrases.HEAD]
+    text = tabulate(body, phrases.HEAD, tablefmt="github", colalign=align, disable_numparse=True)
+    more = len(findings) - len(body)
     return f"{text}\n\n{more} more rows are in the JSON report only." if more > 0 else text
 
 
 def _plain(text: str) -> str:
     """Text in one line that Markdown shows literally, cut where it is long."""
-    line = words.one_line(text)
-    return literal(line if len(line) <= LONGEST_REMARK else f"{line[:LONGEST_REMARK]}...")
+    line = phrases.one_line(text)
+    return markdown_literal(line if len(line) <= LONGEST_REMARK else f"{line[:LONGEST_REMARK]}...")

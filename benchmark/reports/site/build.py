@@ -13,7 +13,7 @@ from benchmark.reports import tables
 from benchmark.reports.site import charts, citation
 from benchmark.reports.site.contents import Contents
 from benchmark.reports.site.pages import Page, pages
-from benchmark.reports.site.rendering import environment
+from benchmark.reports.site.rendering import site_environment
 
 MARK = "rightofway-site.txt"
 MARK_WORDS = "Made by `rightofway site`, which replaces this whole folder.\n"
@@ -35,7 +35,7 @@ def check_target(folder: Path) -> None:
         )
 
 
-def build(contents: Contents, folder: Path) -> int:
+def build_site(contents: Contents, folder: Path) -> int:
     """Write the site; the old one stays whole until the new one is. Returns the pages' number.
 
     The same contents give the same bytes.
@@ -54,12 +54,12 @@ def _fill(contents: Contents, folder: Path) -> int:
     folder.mkdir()
     _write(folder / MARK, MARK_WORDS)
     shutil.copytree(str(files("benchmark.reports.site") / "static"), folder / "assets")
-    _write(folder / "assets" / "vega.js", charts.script())
+    _write(folder / "assets" / "vega.js", charts.vega_script())
     _write_downloads(contents, folder)
     for replay in contents.replays:
         (folder / replay.address).parent.mkdir(exist_ok=True)
         shutil.copyfile(replay.path, folder / replay.address)
-    jinja = environment(contents)
+    jinja = site_environment(contents)
     count = 0
     for page in pages(contents):
         _write(folder / page.address, jinja.get_template(page.template).render(_frame(page)))
@@ -72,13 +72,14 @@ def _frame(page: Page) -> Mapping[str, Any]:
 
 
 def _write_downloads(contents: Contents, folder: Path) -> None:
-    _write(folder / "data" / "leaderboard.csv", tables.as_csv(contents.rows))
+    _write(folder / "data" / "leaderboard.csv", tables.leaderboard_csv(contents.rows))
     for name, rows in contents.scenarios.items():
-        _write(folder / contents.addresses.table(name), tables.as_csv(rows))
+        _write(folder / contents.addresses.table(name), tables.leaderboard_csv(rows))
         scenario_hash = rows[0].scenario_hash
         if scenario := contents.files.get(scenario_hash):
             _write(
-                folder / contents.addresses.citation(name), citation.entry(scenario, __version__)
+                folder / contents.addresses.citation(name),
+                citation.bibtex_entry(scenario, __version__),
             )
         for panel, drawing in contents.drawings.get(scenario_hash, {}).items():
             _write(folder / contents.addresses.drawing(name, panel), drawing)

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmark.records.leaderboard import REFERENCE
 from benchmark.records.statistics import Estimate
-from benchmark.reports.tables import figure, percent
+from benchmark.reports.words import mean_and_interval, percent
 
 COLOURS = (
     *("#3b7dd8", "#d9731a", "#2f9e5b", "#c94f7c", "#8a63d2"),
@@ -47,7 +47,7 @@ class Chart:
         return {"spec": self.spec, "points": self.points}
 
 
-def lines(names: Sequence[str], shown: int = SHOWN) -> list[Line]:
+def line_looks(names: Sequence[str], shown: int = SHOWN) -> list[Line]:
     """A look for each series; the signal's is apart.
 
     Args:
@@ -95,7 +95,7 @@ def _point(series: str, rate: float, one: Estimate) -> dict[str, Any]:
         "mean": round(one.mean, 4),
         "low": round(one.mean if one.low is None else one.low, 4),
         "high": round(one.mean if one.high is None else one.high, 4),
-        "words": f"{figure(one, 1)} s",
+        "words": f"{mean_and_interval(one, 1)} s",
         "seeds": one.count,
         "at": percent(rate),
     }
@@ -142,7 +142,7 @@ def _spec(looks: tuple[Line, ...], zero_line: bool) -> dict[str, Any]:
 
 
 @lru_cache
-def script() -> str:
+def vega_script() -> str:
     """Vega, Vega-Lite and Vega-Embed as one script that sets ``window.vegaEmbed``."""
     import altair as alt
     import vl_convert

@@ -12,7 +12,7 @@ SPECIAL = {
 }
 
 
-def entry(scenario: Scenario, version: str) -> str:
+def bibtex_entry(scenario: Scenario, version: str) -> str:
     """A ``@misc`` entry that names the scenario, its sources and its exact content.
 
     Args:

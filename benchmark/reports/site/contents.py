@@ -7,16 +7,17 @@ from functools import cached_property
 from itertools import combinations
 from statistics import fmean
 
-from benchmark.records import leaderboard
-from benchmark.records.leaderboard import REFERENCE, Row, Values
-from benchmark.records.record import Record, told_apart
+from benchmark.records.leaderboard import REFERENCE, Row, rows_of
+from benchmark.records.record import Record
+from benchmark.records.samples import Sample, cells_of, newest, records_in, told_apart
+from benchmark.records.table import records_table
 from benchmark.reports.site.addresses import Addresses
-from benchmark.reports.site.replays import Replay
+from benchmark.reports.site.replays import ReplayPage
 from benchmark.scenario.scenario import Scenario
 
 MOST_PAIRS = 300  # pages of pairs; with more controllers only the best ones are all compared
 
-Cell = tuple[str, float | None]
+Place = tuple[str, float | None]
 """A scenario, as the leaderboard names it, and a rate."""
 
 
@@ -36,10 +37,10 @@ class Contents:
 
     records: list[Record]  # the newest of each episode
     rows: list[Row]
-    samples: Mapping[tuple[str, float | None, str], Mapping[str, Values]]
+    samples: Mapping[tuple[str, float | None, str], Sample]  # by scenario, rate and controller
     files: Mapping[str, Scenario]  # the scenarios at hand, by hash
     drawings: Mapping[str, Mapping[str, str]]  # SVG by panel, by the scenario's hash
-    replays: Sequence[Replay] = ()
+    replays: Sequence[ReplayPage] = ()
 
     @classmethod
     def of(
@@ -47,14 +48,18 @@ class Contents:
         records: Iterable[Record],
         files: Mapping[str, Scenario] | None = None,
         drawings: Mapping[str, Mapping[str, str]] | None = None,
-        replays: Sequence[Replay] = (),
+        replays: Sequence[ReplayPage] = (),
     ) -> "Contents":
         """Work out what records say; what is given besides only adds to it."""
-        newest = list({record.episode: record for record in told_apart(records)}.values())
+        every = list(records)
+        table = records_table(every)
         return cls(
-            records=newest,
-            rows=leaderboard.rows(newest),
-            samples=leaderboard.samples(newest),
+            records=records_in(newest(told_apart(table)), every),
+            rows=rows_of(table),
+            samples={
+                (cell.scenario, cell.rate, cell.sample.group.controller): cell.sample
+                for cell in cells_of(table)
+            },
             files=files or {},
             drawings=drawings or {},
             replays=replays,
@@ -63,18 +68,18 @@ class Contents:
     @cached_property
     def scenarios(self) -> dict[str, list[Row]]:
         """The rows of each scenario."""
-        found: dict[str, list[Row]] = {}
+        by_scenario: dict[str, list[Row]] = {}
         for row in self.rows:
-            found.setdefault(row.scenario, []).append(row)
-        return found
+            by_scenario.setdefault(row.scenario, []).append(row)
+        return by_scenario
 
     @cached_property
-    def cells(self) -> dict[Cell, dict[str, Row]]:
+    def places(self) -> dict[Place, dict[str, Row]]:
         """The rows of each scenario and rate, by controller, least waiting first."""
-        found: dict[Cell, dict[str, Row]] = {}
+        by_place: dict[Place, dict[str, Row]] = {}
         for row in self.rows:
-            found.setdefault((row.scenario, row.rate), {})[row.controller] = row
-        return found
+            by_place.setdefault((row.scenario, row.rate), {})[row.controller] = row
+        return by_place
 
     @cached_property
     def controllers(self) -> list[str]:
@@ -86,7 +91,7 @@ class Contents:
         names = {row.controller for row in self.rows}
         less: dict[str, Counter[str]] = {name: Counter() for name in names}
         common: dict[str, Counter[str]] = {name: Counter() for name in names}
-        for rows in self.cells.values():
+        for rows in self.places.values():
             ranked = [name for name, row in rows.items() if row.headline]
             for first, second in combinations(ranked, 2):
                 less[first][second] += 1
@@ -102,8 +107,8 @@ class Contents:
     @cached_property
     def variants(self) -> list[str]:
         """The controllers with options, where there are some without."""
-        found = [name for name in self.controllers if is_variant(name)]
-        return found if len(found) < len(self.controllers) else []
+        variants = [name for name in self.controllers if is_variant(name)]
+        return variants if len(variants) < len(self.controllers) else []
 
     @cached_property
     def rates(self) -> list[float | None]:
@@ -125,9 +130,9 @@ class Contents:
         if REFERENCE in self.controllers:
             others = [name for name in self.controllers if name != REFERENCE]
             known = {frozenset(pair) for pair in chosen}
-            chosen += [(one, REFERENCE) for one in others if {one, REFERENCE} not in known]
+            chosen += [(name, REFERENCE) for name in others if {name, REFERENCE} not in known]
         return chosen
 
     def reference(self, row: Row) -> Row | None:
         """The signal's row beside a row."""
-        return self.cells[row.scenario, row.rate].get(REFERENCE)
+        return self.places[row.scenario, row.rate].get(REFERENCE)

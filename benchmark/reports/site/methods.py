@@ -7,18 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from benchmark.records.formulas import FORMULAS
-from benchmark.records.measures import COLUMNS, Column
 from benchmark.records.record import Record
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A column with its definition."""
-
-    column: Column
-    formula: Markup
-    words: str
 
 
 @dataclass(frozen=True)
@@ -33,7 +22,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Ground:
+class Conditions:
     """What a scenario's records were made on, as SHA-256."""
 
     scenario: str
@@ -50,30 +39,22 @@ def mathml(latex: str) -> Markup:
     return Markup(convert(latex))  # noqa: S704 - the formulas are ours
 
 
-def metrics() -> list[Metric]:
-    """All columns of the leaderboard."""
-    found = []
-    for column in COLUMNS:
-        formula = FORMULAS[column.key]
-        found.append(Metric(column, mathml(formula.latex), formula.words))
-    return found
-
-
-def versions(records: Iterable[Record]) -> list[tuple[tuple[str, str, str], int]]:
+def counted_versions(records: Iterable[Record]) -> list[tuple[tuple[str, str, str], int]]:
     """Right of Way, SUMO and Python, and how many episodes each combination ran."""
     counted = Counter(
-        (one.versions.rightofway, one.versions.sumo, one.versions.python) for one in records
+        (made.rightofway, made.sumo, made.python)
+        for made in (record.versions for record in records)
     )
     return sorted(counted.items())
 
 
-def records_hash(records: Iterable[Record]) -> str:
+def hash_of_records(records: Iterable[Record]) -> str:
     """SHA-256 of what the records say but for wall times, whatever their order."""
-    lines = sorted(one.model_copy(update={"wall_time": 0.0}).line() for one in records)
+    lines = sorted(record.model_copy(update={"wall_time": 0.0}).line() for record in records)
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
-def origins(records: Iterable[Record]) -> dict[str, Origin]:
+def origins_of(records: Iterable[Record]) -> dict[str, Origin]:
     """Where each controller comes from, by name."""
     groups: dict[str, list[Record]] = {}
     for record in records:
@@ -81,10 +62,10 @@ def origins(records: Iterable[Record]) -> dict[str, Origin]:
     return {
         name: Origin(
             name,
-            _distinct(one.controller_from for one in members),
-            _distinct(one.weights_hash for one in members),
-            _distinct(_rules(one) for one in members),
-            _distinct(words for one in members for words in _training(one)),
+            _distinct(record.controller_from for record in members),
+            _distinct(record.weights_hash for record in members),
+            _distinct(_rules(record) for record in members),
+            _distinct(words for record in members for words in _training(record)),
         )
         for name, members in sorted(groups.items())
     }
@@ -97,25 +78,25 @@ def _rules(record: Record) -> str | None:
 
 
 def _training(record: Record) -> Iterator[str]:
-    for one in record.trained_on or ():
-        yield f"{', '.join(one.scenarios)}, seeds {one.first} to {one.last}"
+    for traffic in record.trained_on or ():
+        yield f"{', '.join(traffic.scenarios)}, seeds {traffic.first} to {traffic.last}"
 
 
 def _distinct(values: Iterable[str | None]) -> tuple[str, ...]:
     return tuple(sorted({value for value in values if value}))
 
 
-def grounds(records: Iterable[Record]) -> list[Ground]:
+def conditions_of(records: Iterable[Record]) -> list[Conditions]:
     """What each scenario's records were made on."""
     groups: dict[tuple[str, str], list[Record]] = {}
     for record in records:
         groups.setdefault((record.scenario, record.scenario_hash), []).append(record)
     return [
-        Ground(
+        Conditions(
             scenario,
             scenario_hash,
-            _distinct(one.network_hash for one in members),
-            len(_distinct(one.routes_hash for one in members)),
+            _distinct(record.network_hash for record in members),
+            len(_distinct(record.routes_hash for record in members)),
             len(members),
         )
         for (scenario, scenario_hash), members in sorted(groups.items())

@@ -4,21 +4,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmark.records import formulas
+from benchmark.records import measures
 from benchmark.records.leaderboard import MARKS, Row
-from benchmark.records.measures import COLUMNS, Column
+from benchmark.records.measures import BY_KEY
 from benchmark.records.statistics import CONFIDENCE, ENOUGH, RESAMPLES
 from benchmark.reports.site import charts, methods
 from benchmark.reports.site.contents import Contents, rates
 from benchmark.reports.site.intervals import Scale
 from benchmark.reports.site.model_card import describe
-from benchmark.reports.site.pairs import COMPARED, Comparison, Tally, compare, tally
-from benchmark.reports.site.signal_program import steps
+from benchmark.reports.site.pairs import COMPARED, Duel, Tally, duels_of, tally
+from benchmark.reports.site.signal_program import program_steps
 
 BOARD = (
     *("time_loss", "travel_time", "throughput", "collisions"),
     *("unregulated_lane_ratio", "refused_commands"),
-)  # columns of the leaderboard beside the headline
+)  # measures beside the headline
 
 
 @dataclass(frozen=True)
@@ -32,17 +32,17 @@ class Page:
 
 def pages(contents: Contents) -> Iterator[Page]:
     """All pages of the site."""
-    comparisons = {pair: compare(contents, *pair) for pair in contents.pairs}
-    tallies = {pair: tally(found) for pair, found in comparisons.items()}
+    duels = {pair: duels_of(contents, *pair) for pair in contents.pairs}
+    tallies = {pair: tally(met) for pair, met in duels.items()}
     yield _overview(contents)
     for name, rows in contents.scenarios.items():
         yield _scenario(contents, name, rows)
-    origins = methods.origins(contents.records)
+    origins = methods.origins_of(contents.records)
     for name in contents.controllers:
         yield _controller(contents, name, origins[name], tallies)
     yield Page("pairs.html", "pairs.html", {"tallies": tallies, "title": "Pairs"})
-    for pair, found in comparisons.items():
-        yield _pair(contents, pair, found, tallies[pair])
+    for pair, met in duels.items():
+        yield _pair(contents, pair, met, tallies[pair])
     yield _methods(contents, origins)
 
 
@@ -55,19 +55,13 @@ def _overview(contents: Contents) -> Page:
         {
             "title": "Leaderboard",
             "scale": Scale.of(contents.rows),
-            "columns": columns(BOARD),
+            "columns": [BY_KEY[key] for key in BOARD],
             "default_scenario": scenario,
             "default_rate": own[len(own) // 2] if own else None,
             "marks": MARKS,
             "descriptions": {name: describe(name) for name in contents.controllers},
         },
     )
-
-
-def columns(keys: Sequence[str]) -> list[Column]:
-    """Columns of the leaderboard by their keys."""
-    by_key = {one.key: one for one in COLUMNS}
-    return [by_key[key] for key in keys]
 
 
 def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
@@ -83,7 +77,7 @@ def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
         "Waiting against penetration rate",
         f"Average waiting time by penetration rate at {name}, a line per controller with its 95 % "
         "interval. The table below holds the same figures.",
-        charts.lines([one for one in names if any(key[0] == one for key in figures)]),
+        charts.line_looks([one for one in names if any(key[0] == one for key in figures)]),
         figures,
         axis="average waiting time [s]",
     )
@@ -98,7 +92,7 @@ def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
             "hash": rows[0].scenario_hash,
             "episodes": len(members),
             "drawings": contents.drawings.get(rows[0].scenario_hash, {}),
-            "phases": list(steps(scenario.signal)) if scenario and scenario.signal else [],
+            "phases": list(program_steps(scenario.signal)) if scenario and scenario.signal else [],
             "controllers": names,
             "chart": chart,
             "replays": [one for one in contents.replays if members[0].scenario in one.scenarios],
@@ -123,7 +117,7 @@ def _controller(
         "Waiting against penetration rate",
         f"Average waiting time of {name} by penetration rate, a line per scenario with its 95 % "
         "interval. The table below holds the same figures.",
-        charts.lines(seen, shown=10),
+        charts.line_looks(seen, shown=10),
         figures,
         axis="average waiting time [s]",
     )
@@ -155,17 +149,15 @@ def _seen_from(name: str, pair: tuple[str, str], counted: Tally) -> Tally:
     return Tally(counted.second, counted.first, counted.undecided)
 
 
-def _pair(
-    contents: Contents, pair: tuple[str, str], found: Sequence[Comparison], counted: Tally
-) -> Page:
+def _pair(contents: Contents, pair: tuple[str, str], duels: Sequence[Duel], counted: Tally) -> Page:
     first, second = pair
-    figures = {(one.scenario, one.rate): one.headline for one in found if one.rate is not None}
+    figures = {(duel.scenario, duel.rate): duel.headline for duel in duels if duel.rate is not None}
     chart = charts.by_rate(
         "Difference against penetration rate",
         f"Difference in average waiting time, {first} minus {second}, paired by seed, by "
         "penetration rate, a line per scenario with its 95 % interval. Below zero the first "
         "waits less. The table below holds the same figures.",
-        charts.lines(list(dict.fromkeys(one.scenario for one in found)), shown=10),
+        charts.line_looks(list(dict.fromkeys(duel.scenario for duel in duels)), shown=10),
         figures,
         axis=f"{first} minus {second} [s]",
         zero_line=True,
@@ -177,7 +169,7 @@ def _pair(
             "title": f"{first} and {second}",
             "first": first,
             "second": second,
-            "comparisons": found,
+            "duels": duels,
             "compared": COMPARED,
             "tally": counted,
             "chart": chart,
@@ -191,19 +183,19 @@ def _methods(contents: Contents, origins: Mapping[str, methods.Origin]) -> Page:
         "methods.html",
         {
             "title": "Methods",
-            "metrics": methods.metrics(),
-            "symbols": [(methods.mathml(latex), words) for latex, words in formulas.SYMBOLS],
-            "mean": methods.mathml(formulas.MEAN.latex),
-            "difference": methods.mathml(formulas.DIFFERENCE.latex),
-            "mean_words": formulas.MEAN.words,
-            "difference_words": formulas.DIFFERENCE.words,
+            "measures": measures.MEASURES,
+            "symbols": [(methods.mathml(latex), words) for latex, words in measures.SYMBOLS],
+            "mean": methods.mathml(measures.MEAN.latex),
+            "difference": methods.mathml(measures.DIFFERENCE.latex),
+            "mean_words": measures.MEAN.words,
+            "difference_words": measures.DIFFERENCE.words,
             "confidence": CONFIDENCE,
             "resamples": RESAMPLES,
             "enough": ENOUGH,
             "marks": MARKS,
-            "versions": methods.versions(contents.records),
-            "records_hash": methods.records_hash(contents.records),
+            "versions": methods.counted_versions(contents.records),
+            "records_hash": methods.hash_of_records(contents.records),
             "origins": list(origins.values()),
-            "grounds": methods.grounds(contents.records),
+            "conditions": methods.conditions_of(contents.records),
         },
     )

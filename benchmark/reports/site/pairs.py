@@ -4,26 +4,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-from benchmark.records.leaderboard import Values
-from benchmark.records.measures import COLUMNS, HEADLINE
+from benchmark.records.measures import BY_KEY, HEADLINE
+from benchmark.records.samples import Floats
 from benchmark.records.statistics import Estimate, estimates
-from benchmark.reports.site.contents import Cell, Contents
+from benchmark.reports.site.contents import Contents, Place
 
-Pairs = list[tuple[float, float]]
-"""Values of two controllers on the same seeds."""
-
-COMPARED = tuple(one for one in COLUMNS if one.key in (HEADLINE.key, "time_loss"))
+COMPARED = (HEADLINE, BY_KEY["time_loss"])
 """The figures that are compared: the headline, and what betrays a controller that creeps."""
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Duel:
     """Two controllers in one scenario at one rate."""
 
     scenario: str
     rate: float | None
     means: tuple[float, float]  # of the headline, on the seeds that both have
-    differences: dict[str, Estimate]  # by column, the first minus the second
+    differences: dict[str, Estimate]  # by measure, the first minus the second
 
     @property
     def headline(self) -> Estimate:
@@ -33,38 +30,34 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Tally:
-    """In how many cells who waits less, by differences whose intervals exclude zero."""
+    """In how many places who waits less, by differences whose intervals exclude zero."""
 
     first: int
     second: int
     undecided: int
 
 
-def compare(contents: Contents, first: str, second: str) -> list[Comparison]:
-    """All cells in which both have figures on some seeds in common."""
-    found = []
-    for cell, rows in contents.cells.items():
+def duels_of(contents: Contents, first: str, second: str) -> list[Duel]:
+    """All places in which both have figures on some seeds in common."""
+    duels = []
+    for place, rows in contents.places.items():
         if first in rows and second in rows:
-            ours, theirs = (contents.samples[*cell, name] for name in (first, second))
-            paired = {one.key: _paired(ours[one.key], theirs[one.key]) for one in COMPARED}
-            if paired[HEADLINE.key]:
-                found.append(_comparison(cell, paired))
-    return found
+            ours, theirs = (contents.samples[*place, name] for name in (first, second))
+            paired = {each.key: ours.paired(theirs, each.key) for each in COMPARED}
+            if len(paired[HEADLINE.key][0]):
+                duels.append(_duel(place, paired))
+    return duels
 
 
-def _comparison(cell: Cell, paired: Mapping[str, Pairs]) -> Comparison:
-    used = {key: pairs for key, pairs in paired.items() if pairs}
-    differences = estimates([[a - b for a, b in pairs] for pairs in used.values()])
-    first, second = (fmean(side) for side in zip(*used[HEADLINE.key], strict=True))
-    return Comparison(*cell, (first, second), dict(zip(used, differences, strict=True)))
+def _duel(place: Place, paired: Mapping[str, tuple[Floats, Floats]]) -> Duel:
+    used = {key: pair for key, pair in paired.items() if len(pair[0])}
+    differences = estimates([ours - theirs for ours, theirs in used.values()])
+    first, second = (fmean(side) for side in used[HEADLINE.key])
+    return Duel(*place, (first, second), dict(zip(used, differences, strict=True)))
 
 
-def _paired(ours: Values, theirs: Values) -> Pairs:
-    return [(ours[seed], theirs[seed]) for seed in sorted(ours.keys() & theirs.keys())]
-
-
-def tally(comparisons: Sequence[Comparison]) -> Tally:
-    """Count the cells by who waits less."""
-    decided = [one.headline for one in comparisons if one.headline.excludes_zero]
-    first = sum(one.mean < 0 for one in decided)
-    return Tally(first, len(decided) - first, len(comparisons) - len(decided))
+def tally(duels: Sequence[Duel]) -> Tally:
+    """Count the places by who waits less."""
+    decided = [duel.headline for duel in duels if duel.headline.excludes_zero]
+    first = sum(difference.mean < 0 for difference in decided)
+    return Tally(first, len(decided) - first, len(duels) - len(decided))

@@ -6,11 +6,12 @@ from markupsafe import Markup, escape
 
 from benchmark import __version__
 from benchmark.records.leaderboard import Row
-from benchmark.records.measures import Column
+from benchmark.records.measures import Measure
 from benchmark.records.statistics import Estimate
 from benchmark.reports import web
 from benchmark.reports.site.contents import Contents, rates
-from benchmark.reports.tables import percent
+from benchmark.reports.site.methods import mathml
+from benchmark.reports.words import percent
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -19,7 +20,7 @@ DASH, MINUS = "\N{EN DASH}", "\N{MINUS SIGN}"
 NONE = Markup('<span class="none">{}</span>').format(DASH)
 
 
-def environment(contents: Contents) -> "Environment":
+def site_environment(contents: Contents) -> "Environment":
     """The environment of one site's templates."""
     made = web.environment("benchmark.reports.site")
     made.filters |= {
@@ -31,6 +32,7 @@ def environment(contents: Contents) -> "Environment":
         "verdict": verdict,
         "short": lambda text: text[:12],
         "unit": unit,
+        "mathml": mathml,
     }
     made.globals |= {"contents": contents, "links": contents.addresses, "version": __version__}
     return made
@@ -41,9 +43,9 @@ def rate_key(rate: float | None) -> str:
     return "none" if rate is None else f"{rate:g}"
 
 
-def unit(column: Column) -> Markup:
-    """A column's unit as it stands behind its title."""
-    return Markup(" <small>[{}]</small>").format(column.unit) if column.unit else Markup("")
+def unit(measure: Measure) -> Markup:
+    """A measure's unit as it stands behind its title."""
+    return Markup(" <small>[{}]</small>").format(measure.unit) if measure.unit else Markup("")
 
 
 def plain(value: float | None, digits: int) -> str:

@@ -10,7 +10,7 @@ HEAD = 65536  # characters in which a page says what it shows
 
 
 @dataclass(frozen=True)
-class Replay:
+class ReplayPage:
     """A page that plays one episode, or several side by side."""
 
     path: Path
@@ -24,7 +24,7 @@ class Replay:
         return f"{FOLDER}/{self.path.name}"
 
 
-def find(results: Path) -> list[Replay]:
+def replays_in(results: Path) -> list[ReplayPage]:
     """The replays of a results folder, by name: ``replays/*.html``.
 
     A page says whom it shows in its head, in one or more
@@ -33,12 +33,12 @@ def find(results: Path) -> list[Replay]:
     return list(_replays(results / FOLDER))
 
 
-def _replays(folder: Path) -> Iterator[Replay]:
+def _replays(folder: Path) -> Iterator[ReplayPage]:
     for path in sorted(folder.glob("*.html")):
         with path.open(encoding="utf-8", errors="replace") as file:
             head = _Head()
             head.feed(file.read(HEAD))
-        yield Replay(
+        yield ReplayPage(
             path,
             " ".join("".join(head.title).split()) or path.stem,
             tuple(head.said["rightofway:scenario"]),

@@ -21,7 +21,7 @@ POLICY = "; ".join(
 REPLAY_POLICY = POLICY.replace("script-src 'self'", "script-src 'unsafe-inline'")
 
 
-def server(folder: Path, port: int) -> ThreadingHTTPServer:
+def site_server(folder: Path, port: int) -> ThreadingHTTPServer:
     """A server that is ready to run, bound to 127.0.0.1 alone.
 
     Args:

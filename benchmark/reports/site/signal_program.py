@@ -38,7 +38,7 @@ class Step:
         )
 
 
-def steps(signal: Signal) -> Iterator[Step]:
+def program_steps(signal: Signal) -> Iterator[Step]:
     """The phases in their order."""
     start = 0.0
     for number, phase in enumerate(signal.phases, start=1):

@@ -14,24 +14,24 @@ def test_differences_are_paired_by_seed() -> None:
     contents = Contents.of(
         [*runs(ours, controller="a"), *runs([*theirs, 99.0], controller="b")]
     )  # the seventh is alone
-    (one,) = pairs.compare(contents, "a", "b")
+    (one,) = pairs.duels_of(contents, "a", "b")
     assert one.headline == estimates([[a - b for a, b in zip(ours, theirs, strict=True)]])[0]
     assert one.means == (pytest.approx(2.75), pytest.approx(3.75))
-    (back,) = pairs.compare(contents, "b", "a")
+    (back,) = pairs.duels_of(contents, "b", "a")
     assert back.headline.mean == -one.headline.mean
     assert pairs.tally([one]) == pairs.Tally(1, 0, 0)
     assert pairs.tally([back]) == pairs.Tally(0, 1, 0)
 
 
 def test_few_seeds_decide_nothing() -> None:
-    found = pairs.compare(
+    found = pairs.duels_of(
         Contents.of([*runs([1, 2], controller="a"), *runs([8, 9], controller="b")]), "a", "b"
     )
     assert pairs.tally(found) == pairs.Tally(0, 0, 1)
 
 
 def test_who_shares_no_seed_is_not_compared() -> None:
-    assert pairs.compare(Contents.of([record("a", 1), record("b", 2)]), "a", "b") == []
+    assert pairs.duels_of(Contents.of([record("a", 1), record("b", 2)]), "a", "b") == []
 
 
 def test_controllers_stand_in_the_order_of_whom_they_wait_less_than() -> None:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from benchmark.reports.site.replays import find
+from benchmark.reports.site.replays import replays_in
 
 
 def test_replays_say_whom_they_show(tmp_path: Path) -> None:
@@ -14,8 +14,8 @@ def test_replays_say_whom_they_show(tmp_path: Path) -> None:
         '<meta name="rightofway:controller" content="z">'
     )
     (folder / "a.html").write_bytes(b"\xff\xfe no page at all")
-    silent, one = find(tmp_path)
+    silent, one = replays_in(tmp_path)
     assert (silent.title, silent.controllers) == ("a", ())
     assert (one.title, one.scenarios, one.controllers) == ("Two at once", ("a/b",), ("x&y", "z"))
     assert one.address == "replays/b.html"
-    assert find(tmp_path / "nowhere") == []
+    assert replays_in(tmp_path / "nowhere") == []
