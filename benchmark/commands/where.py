@@ -53,11 +53,11 @@ def beside(out: Path, *, actions: bool, pages: bool) -> Beside:
         work = partial(rescoring.run_logged, folder=logs)
         keepsakes, options = (action_logs(logs),), ("--log-actions",)
     if pages:
-        from benchmark.pictures.replay import replay
+        from benchmark.pictures.replay.folder import folder_in, is_kept, run_recorded
 
-        folder = replay.folder_in(out)
-        work = partial(replay.run_recorded, pages=folder, actions=logs)
-        keepsakes += (Keepsake(folder, "replays", replay.is_kept),)
+        folder = folder_in(out)
+        work = partial(run_recorded, pages=folder, actions=logs)
+        keepsakes += (Keepsake(folder, "replays", is_kept),)
         options += ("--record-trajectories",)
     return Beside(keepsakes, work, options)
 

@@ -100,21 +100,19 @@ class Scene:
         return colours
 
     @cached_property
+    def middle(self) -> tuple[Points, float]:
+        """The centre, and how far the farthest entrance or exit is from it to a side [m]."""
+        return pavement.middle(self.intersection)
+
+    @property
     def centre(self) -> Points:
         """The middle of the box around all entrances and exits."""
-        middle: Points = (self._gates.min(axis=0) + self._gates.max(axis=0)) / 2
-        return middle
+        return self.middle[0]
 
     @property
     def radius(self) -> float:
-        """From the centre to the farthest side of the box around all entrances and exits [m]."""
-        return float(np.abs(self._gates - self.centre).max())
-
-    @cached_property
-    def _gates(self) -> Points:
-        movements = self.intersection.movements.values()
-        ways = [way for movement in movements for way in movement.ways]
-        return points([way.shape[place] for way in ways for place in (0, -1)])
+        """From the centre to the farthest side of that box [m]."""
+        return self.middle[1]
 
     @cached_property
     def entrances(self) -> dict[str, RoadPlace]:
@@ -153,8 +151,9 @@ class _Bands:
             name: count(scene.scenario, intersection, name) for name in intersection.movements
         }
         self.scale = self._scale()
-        self.entering = self._places(scene.entrances, [one.approach for one in self.movements], 0)
-        self.leaving = self._places(scene.exits, [one.exit for one in self.movements], -1)
+        approaches = [movement.approach for movement in self.movements]
+        self.entering = self._places(scene.entrances, approaches, 0)
+        self.leaving = self._places(scene.exits, [m.exit for m in self.movements], -1)
 
     def _scale(self) -> float:
         """Metres of width per veh/h, so that the flows of every road fit it."""

@@ -14,6 +14,14 @@ SHOULDER = 0.3  # m of asphalt beside a lane
 ARROW_SETBACK, ARROW_LENGTH = 5.0, 10.0  # m from the entrance, and stretched as painted ones are
 
 
+def middle(intersection: Intersection) -> tuple[Points, float]:
+    """The middle of the box around all entrances and exits, and how far its sides are from it."""
+    ways = [way for movement in intersection.movements.values() for way in movement.ways]
+    gates = points([way.shape[end] for way in ways for end in (0, -1)])
+    centre = (gates.min(axis=0) + gates.max(axis=0)) / 2
+    return centre, float(np.abs(gates - centre).max())
+
+
 def asphalt(ground: Surroundings) -> list[Points]:
     """The outlines of all lanes and of the areas where roads meet."""
     lanes = ground.lanes.values()

@@ -17,8 +17,8 @@ from benchmark.pictures.replay.trajectories import (
     Collision,
     Ground,
     Ints,
+    Silhouette,
     Trajectories,
-    VehicleClass,
     Vehicles,
 )
 
@@ -57,7 +57,7 @@ class Document(msgspec.Struct, frozen=True):
     steps: int
     warm_up: float
     ground: Ground
-    classes: list[VehicleClass]
+    classes: list[Silhouette]
     vehicles: Vehicles
     states: list[list[str]]  # of each junction's lights
     collisions: list[Collision]

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmark.pictures.replay.trajectories import Trajectories
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import TrajectoryError, UsageError
-from benchmark.plumbing.files import replaced, writing
 
 KINDS = (".gif", ".mp4")
 SPEED = 4.0  # seconds of the episode in one of the film
@@ -100,9 +100,9 @@ def write(kept: Sequence[Trajectories], path: Path, part: Range) -> None:
         )
     pictures = _pictures(kept, part.moments(RATES[kind]), SIZES[kind])
     write_kind = _write_gif if kind == ".gif" else _write_mp4
-    with writing(path):
+    with files.writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        with replaced(path) as draft, styled():
+        with files.replaced(path) as draft, styled():
             write_kind(pictures, draft)
 
 

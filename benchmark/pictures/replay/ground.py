@@ -1,5 +1,6 @@
 """Scenario and network -> the ground that replays show."""
 
+from collections import Counter
 from collections.abc import Iterable
 from itertools import pairwise
 
@@ -7,20 +8,21 @@ import numpy as np
 
 from benchmark.control.intersection import Intersection
 from benchmark.pictures import pavement
-from benchmark.pictures.geometry import Points, directions, points, ribbon, stretch
+from benchmark.pictures.geometry import Points, RoadPlace, directions, points, ribbon, stretch
 from benchmark.pictures.replay.trajectories import (
     Ground,
     Head,
     JunctionGround,
-    Movement,
+    MovementName,
     Outline,
     Place,
     RegulatedLane,
     StopLine,
 )
 from benchmark.scenario.scenario import Scenario
+from benchmark.sumo.ground import surroundings
 from benchmark.sumo.junction import Junction
-from benchmark.sumo.network import Network, surroundings
+from benchmark.sumo.network import Network
 
 HEAD_GAP = 0.9  # of a lane's width that its heads take
 
@@ -30,42 +32,43 @@ def ground_of(scenario: Scenario, network: Network) -> Ground:
     around = surroundings(network)
     between, middle = pavement.lines(around)
     junctions = list(network.junctions.values())
-    intersections = [one.intersection for one in junctions]
+    intersections = [junction.intersection for junction in junctions]
 
     def zones(reach: str) -> list[Outline]:
         return _outlines(
             shape
-            for one in junctions
-            for _, shape in pavement.zone(one, around, getattr(one.intersection, reach))
+            for junction in junctions
+            for _, shape in pavement.zone(junction, around, getattr(junction.intersection, reach))
         )
 
     return Ground(
         asphalt=_outlines(pavement.asphalt(around)),
         lane_lines=_outlines(between),
         centre_lines=_outlines(middle),
-        arrows=_outlines(arrow for one in intersections for arrow in pavement.arrows(one)),
+        arrows=_outlines(
+            arrow for intersection in intersections for arrow in pavement.arrows(intersection)
+        ),
         stop_lines=[
-            StopLine((_place(line.ends[0]), _place(line.ends[1])), line.yields)
-            for one in intersections
-            for line in pavement.stop_lines(scenario, one)
+            StopLine((_place(left), _place(right)), yields)
+            for intersection in intersections
+            for (left, right), yields in pavement.stop_lines(scenario, intersection)
         ],
         control_zone=zones("control_zone"),
         decision_zone=zones("decision_zone"),
-        junctions=[_junction(one) for one in junctions],
+        junctions=[_junction(junction) for junction in junctions],
     )
 
 
 def _junction(junction: Junction) -> JunctionGround:
     intersection = junction.intersection
-    ways = [way for one in intersection.movements.values() for way in one.ways]
-    gates = np.array([way.shape[end] for way in ways for end in (0, -1)])
-    centre = (gates.min(axis=0) + gates.max(axis=0)) / 2
+    centre, radius = pavement.middle(intersection)
     return JunctionGround(
         id=intersection.id,
         centre=_place(centre),
-        radius=round(float(np.abs(gates - centre).max()), 2),
+        radius=round(radius, 2),
         movements=[
-            Movement(one.id, one.approach, one.turn) for one in intersection.movements.values()
+            MovementName(movement.id, movement.approach, movement.turn)
+            for movement in intersection.movements.values()
         ],
         regulated_lanes=list(_regulated(intersection)),
         heads=list(_heads(junction)),
@@ -82,27 +85,23 @@ def _regulated(intersection: Intersection) -> Iterable[RegulatedLane]:
 
 def _heads(junction: Junction) -> Iterable[Head]:
     """The heads of each lane side by side at its stop line, left turns to the left."""
-    intersection = junction.intersection
+    movements = junction.intersection.movements
     by_lane: dict[str, list[int]] = {}
-    for index, name in junction.links.items():
-        lanes = [way.lane for way in intersection.movements[name].ways]
-        before = [i for i, other in junction.links.items() if other == name and i < index]
-        by_lane.setdefault(lanes[len(before)], []).append(index)
+    met: Counter[str] = Counter()
+    for link, name in junction.links.items():
+        by_lane.setdefault(movements[name].lanes[met[name]], []).append(link)
+        met[name] += 1
     for name, links in by_lane.items():
-        lane = intersection.lanes[name]
+        lane = junction.intersection.lanes[name]
         line = points(lane.shape)
-        ahead = directions(line)[-1]
-        right = np.array([ahead[1], -ahead[0]])
+        entrance = RoadPlace(line[-1], directions(line)[-1])
+        east, north = entrance.ahead
+        angle = round(float(np.degrees(np.arctan2(east, north))), 1)
         size = HEAD_GAP * lane.width / len(links)
-        turns = sorted(links, key=lambda i: "LCR".index(_turn(intersection, junction.links[i])))
-        for order, link in enumerate(turns):
+        links.sort(key=lambda link: "LCR".index(movements[junction.links[link]].turn))
+        for order, link in enumerate(links):
             aside = (order - (len(links) - 1) / 2) * size
-            angle = float(np.degrees(np.arctan2(ahead[0], ahead[1])))
-            yield Head(link, _place(line[-1] + aside * right), round(angle, 1), round(size, 2))
-
-
-def _turn(intersection: Intersection, movement: str) -> str:
-    return intersection.movements[movement].turn
+            yield Head(link, _place(entrance.at(aside, 0.0)), angle, round(size, 2))
 
 
 def _outlines(shapes: Iterable[Points]) -> list[Outline]:

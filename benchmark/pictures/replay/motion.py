@@ -69,13 +69,8 @@ class Motion:
         end, arrive = share * share * (3 - 2 * share), -share * share * rest
 
         def between(value: Floats, slope: Floats) -> Floats:
-            found: Floats = (
-                start * value[entry]
-                + out * slope[entry]
-                + end * value[after]
-                + arrive * slope[after]
-            )
-            return found
+            ends: Floats = start * value[entry] + end * value[after]
+            return ends + (out * slope[entry] + arrive * slope[after])
 
         heading = np.radians(between(kept.tracks.angle, self.turn))
         heading += self.lean[entry] * np.sin(np.pi * share) ** 2
@@ -84,15 +79,15 @@ class Motion:
 
 def _to_next(values: Floats, last: Flags) -> Floats:
     """Differences to the next entry; 0 at a vehicle's last."""
-    found: Floats = np.roll(values, -1, axis=0) - values
-    found[last] = 0.0
-    return found
+    differences: Floats = np.roll(values, -1, axis=0) - values
+    differences[last] = 0.0
+    return differences
 
 
-def _harmonic(one: Floats, other: Floats) -> Floats:
+def _harmonic(into: Floats, out: Floats) -> Floats:
     """The harmonic mean; 0 where the signs differ, so that nothing goes farther than it may."""
-    together = one * other > 0
-    return np.divide(2 * one * other, one + other, out=np.zeros_like(one), where=together)
+    together = into * out > 0
+    return np.divide(2 * into * out, into + out, out=np.zeros_like(into), where=together)
 
 
 def _leaning(angle: Floats, out: Floats) -> Floats:

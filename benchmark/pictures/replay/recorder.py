@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from benchmark.control.controller import Command, Drive, Go, Stop
-from benchmark.pictures.replay.curves import Zone
+from benchmark.pictures.replay.curves import curves_of
 from benchmark.pictures.replay.ground import ground_of
 from benchmark.pictures.replay.trajectories import (
     Collision,
     Floats,
     Ints,
+    Silhouette,
     Told,
     Tracks,
     Trajectories,
-    VehicleClass,
     Vehicles,
 )
 from benchmark.records.record import Record
@@ -29,6 +29,7 @@ from benchmark.sumo.simulation import Pose
 from benchmark.world import metrics
 from benchmark.world.onlooker import Newcomer
 from benchmark.world.rules import Orders
+from benchmark.world.scoring import Sights
 from benchmark.world.tracking import Log
 
 
@@ -106,10 +107,9 @@ class Recorder:
             record: what the episode left behind.
         """
         scenario, network, logs = self._scenario, self._network, self._logs
-        zones = [
-            Zone(junction, logs[name], self._lights.get(name, []))
-            for name, junction in network.junctions.items()
-        ]
+        seen = {
+            name: Sights.of(junction, logs[name]) for name, junction in network.junctions.items()
+        }
         classes = self._classes()
         order, vehicles = self._by_vehicle(list(classes))
         start = metrics.window_start(self._times, scenario.evaluation.warm_up)
@@ -123,21 +123,30 @@ class Recorder:
             ground=ground_of(scenario, network),
             classes=list(classes.values()),
             vehicles=vehicles,
-            tracks=self._tracks(order, vehicles, zones, scenario.evaluation.step),
-            curves=[zone.curves(start) for zone in zones],
-            collisions=[
-                Collision(first, last, (self._index[one], self._index[other]), last >= start)
-                for (one, other), (first, last) in sorted(
-                    self._touching.items(), key=lambda item: item[1]
+            tracks=self._tracks(order, vehicles, seen, scenario.evaluation.step),
+            curves=[
+                curves_of(
+                    junction.intersection, logs[name], seen[name], self._lights.get(name, []), start
                 )
+                for name, junction in network.junctions.items()
             ],
+            collisions=self._collisions(start),
         )
 
-    def _classes(self) -> dict[str, VehicleClass]:
+    def _classes(self) -> dict[str, Silhouette]:
         return {
-            one.vehicle_class: VehicleClass(one.vehicle_class, one.size.length, one.size.width)
-            for one in self._newcomers
+            newcomer.vehicle_class: Silhouette(
+                newcomer.vehicle_class, newcomer.size.length, newcomer.size.width
+            )
+            for newcomer in self._newcomers
         }
+
+    def _collisions(self, start: int) -> list[Collision]:
+        touching = sorted(self._touching.items(), key=lambda item: item[1])
+        return [
+            Collision(first, last, (self._index[vehicle], self._index[other]), last >= start)
+            for (vehicle, other), (first, last) in touching
+        ]
 
     def _by_vehicle(self, classes: list[str]) -> tuple[Ints, Vehicles]:
         """The order that puts each vehicle's entries together, and the vehicles."""
@@ -147,21 +156,21 @@ class Recorder:
         firsts = step[order][np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)]
         return order, Vehicles(
             id=self._names,
-            kind=[classes.index(one.vehicle_class) for one in self._newcomers],
-            robot=[one.is_robot for one in self._newcomers],
-            movement=[one.movement for one in self._newcomers],
+            kind=[classes.index(newcomer.vehicle_class) for newcomer in self._newcomers],
+            robot=[newcomer.is_robot for newcomer in self._newcomers],
+            movement=[newcomer.movement for newcomer in self._newcomers],
             first=[int(first) for first in firsts],
             steps=[int(count) for count in counts],
         )
 
     def _tracks(
-        self, order: Ints, vehicles: Vehicles, zones: Sequence[Zone], step: float
+        self, order: Ints, vehicles: Vehicles, seen: Mapping[str, Sights], step: float
     ) -> Tracks:
         """Everybody's entries, one vehicle after another."""
         kept = self._sights
         in_zone, waited = np.zeros(len(order), dtype=np.int64), np.zeros(len(order), dtype=np.int64)
-        for zone in zones:
-            here, stood = self._standing(zone, step)
+        for name, sights in seen.items():
+            here, stood = self._standing(self._logs[name], sights, step)
             in_zone |= here[order]
             waited += _each(np.maximum.accumulate, stood[order], vehicles.steps)
         return Tracks(
@@ -176,13 +185,13 @@ class Recorder:
             waited=waited,
         )
 
-    def _standing(self, zone: Zone, step: float) -> tuple[Ints, Ints]:
+    def _standing(self, log: Log, seen: Sights, step: float) -> tuple[Ints, Ints]:
         """By entry: whether the vehicle is in a zone, and in how many steps it stood there."""
-        steps, seen = len(self._times), zone.sights
+        steps = len(self._times)
         vehicle = np.asarray(self._sights.vehicle, dtype=np.int64)
         place = np.full(len(self._names) * steps, -1, dtype=np.int64)
         place[vehicle * steps + np.asarray(self._sights.step)] = np.arange(len(vehicle))
-        known = np.asarray([self._index[one.id] for one in zone.log.vehicles], dtype=np.int64)
+        known = np.asarray([self._index[vehicle.id] for vehicle in log.vehicles], dtype=np.int64)
         rows = place[known[seen.vehicle] * steps + seen.step]
         here, stood = np.zeros(len(vehicle), dtype=np.int64), np.zeros(len(vehicle), dtype=np.int64)
         here[rows] = 1

@@ -20,12 +20,12 @@ from benchmark.pictures.replay.trajectories import (
     Collision,
     Ground,
     Outline,
+    Silhouette,
     Told,
     Trajectories,
-    VehicleClass,
 )
 from benchmark.pictures.sheet.sheet import extent, plain
-from benchmark.reports.tables import percent
+from benchmark.reports.words import percent
 
 AROUND = 55.0  # m shown beyond the entrances
 GAP = 6.0  # pixels beside words
@@ -232,7 +232,7 @@ def _decision(told: Told, acceleration: float) -> str:
     return "faster" if acceleration > 0 else "slower"
 
 
-def _body(kind: VehicleClass) -> Points:
+def _body(kind: Silhouette) -> Points:
     """A vehicle's outline; its front bumper's middle is the origin."""
     half, length = kind.width / 2, kind.length
     corner = min(0.28 * kind.width, 0.12 * length)
@@ -245,7 +245,7 @@ def _body(kind: VehicleClass) -> Points:
     return np.array(right + [(-x, y) for x, y in reversed(right)])
 
 
-def _glass(kind: VehicleClass) -> Points:
+def _glass(kind: Silhouette) -> Points:
     """Its windscreen, which shows the way it looks."""
     front, half = -min(0.24 * kind.length, 1.3), 0.39 * kind.width
     return np.array(
@@ -253,13 +253,13 @@ def _glass(kind: VehicleClass) -> Points:
     )
 
 
-def _around(kind: VehicleClass, edge: float) -> Points:
+def _around(kind: Silhouette, edge: float) -> Points:
     """What shows around an RV that was told something, as wide as an edge [m]."""
     return _bar(kind.width / 2 + edge, -kind.length - edge, edge)
 
 
 def _on_roof(
-    decision: str, acceleration: float, side: int, kind: VehicleClass, least: float
+    decision: str, acceleration: float, side: int, kind: Silhouette, least: float
 ) -> Iterator[Points]:
     """The sign of a decision: an arrow, a bar, both, a beam ahead or back, an arrow aside.
 

@@ -53,7 +53,7 @@ class Head(Struct, frozen=True):
     width: float  # m that it may take
 
 
-class Movement(Struct, frozen=True):
+class MovementName(Struct, frozen=True):
     """A movement, as in ``E-L``."""
 
     id: str
@@ -67,7 +67,7 @@ class JunctionGround(Struct, frozen=True):
     id: str
     centre: Place
     radius: float  # m from the centre to the farthest side of the box around its entrances
-    movements: list[Movement]
+    movements: list[MovementName]
     regulated_lanes: list[RegulatedLane]
     heads: list[Head]
 
@@ -85,8 +85,8 @@ class Ground(Struct, frozen=True):
     junctions: list[JunctionGround]
 
 
-class VehicleClass(Struct, frozen=True):
-    """The body of a class of vehicles."""
+class Silhouette(Struct, frozen=True):
+    """The size of a class of vehicles."""
 
     name: str
     length: float  # m
@@ -156,7 +156,7 @@ class Trajectories:
     steps: int
     warm_up: float  # s; what comes after it counts
     ground: Ground
-    classes: list[VehicleClass]
+    classes: list[Silhouette]
     vehicles: Vehicles
     tracks: Tracks
     curves: list[Curves]  # one per junction of the ground

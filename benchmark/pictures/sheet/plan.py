@@ -57,7 +57,8 @@ def draw(sheet: Sheet, scene: Scene, left: float, top: float) -> None:
 def _approach_label(axes: Axes, scene: Scene, name: str, entrance: RoadPlace, reach: float) -> None:
     """The approach's name on the kerb side of its incoming lanes, near the edge of the view."""
     movements = scene.intersection.movements.values()
-    short = next(one.id.rpartition("-")[0] for one in movements if one.approach == name)
+    first = next(movement.id for movement in movements if movement.approach == name)
+    short = first.rpartition("-")[0]
     words = name if short == name else f"{name} ({short})"
     metre = 72 * PLAN / (2 * reach)  # points
     width, height = ((side + 14) / metre for side in extent(words, 9, "bold"))

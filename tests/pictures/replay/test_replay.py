@@ -31,7 +31,7 @@ def test_a_notebook_shows_the_page_in_a_frame_of_its_own(kept: Trajectories) -> 
 
 
 def test_what_does_not_end_well_has_nothing_to_show(monkeypatch: pytest.MonkeyPatch) -> None:
-    def skipped(episode: Episode, **_: object) -> Record:
+    def skipped(episode: Episode, _: object) -> Record:
         return episode.record("skipped", reason="too few RVs")
 
     monkeypatch.setattr("benchmark.pictures.replay.replay.run", skipped)

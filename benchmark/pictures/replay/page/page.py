@@ -2,10 +2,11 @@
 
 import base64
 import hashlib
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from html.parser import HTMLParser
-from importlib.resources import files
+from importlib import resources
+from pathlib import Path
 
 import msgspec
 from markupsafe import Markup
@@ -13,14 +14,26 @@ from markupsafe import Markup
 from benchmark import __version__
 from benchmark.pictures.replay.document import document
 from benchmark.pictures.replay.trajectories import Trajectories
-from benchmark.plumbing.errors import TrajectoryError
+from benchmark.plumbing import files
+from benchmark.plumbing.errors import RightOfWayError, TrajectoryError, UsageError
 from benchmark.records.record import Record
 from benchmark.reports import web
-from benchmark.reports.tables import percent
+from benchmark.reports.words import percent
 
 SCRIPTS = (
-    *("unpack", "motion", "camera", "ground", "traffic", "stage"),
-    *("figures", "timeline", "moment", "player", "gestures", "controls", "main"),
+    "unpack",
+    "motion",
+    "camera",
+    "ground",
+    "traffic",
+    "stage",
+    "figures",
+    "timeline",
+    "moment",
+    "player",
+    "gestures",
+    "controls",
+    "main",
 )
 MOST = 4  # episodes side by side; more are too small to see
 SPEEDS = ("0.5", "1", "2", "4", "8", "16", "32")
@@ -44,7 +57,7 @@ def page(kept: Sequence[Trajectories]) -> str:
     Raises:
         TrajectoryError: there are none, too many, or they are not of the same traffic.
     """
-    check_together([one.record for one in kept])
+    check_together([episode.record for episode in kept])
     first = kept[0]
     style, theme, script = _style(), web.asset("theme.js"), _script()
     return (
@@ -54,14 +67,14 @@ def page(kept: Sequence[Trajectories]) -> str:
             title=_title(kept),
             scenario=first.record.scenario,
             heading=first.title,
-            shown=[_shown(one.record) for one in kept],
-            identities=[one.record.identity or "" for one in kept],
+            shown=[_shown(episode.record) for episode in kept],
+            identities=[episode.record.identity or "" for episode in kept],
             movements=_movements(first),
             several=len(first.ground.junctions) > 1,
             last=first.steps - 1,
             speeds=SPEEDS,
-            vehicles=list(dict.fromkeys(name for one in kept for name in one.vehicles.id)),
-            documents=[_embedded(one) for one in kept],
+            vehicles=list(dict.fromkeys(name for episode in kept for name in episode.vehicles.id)),
+            documents=[_embedded(episode) for episode in kept],
             policy=_policy(style, theme, script),
             style=Markup(style),  # noqa: S704 - our own files
             theme=Markup(theme),  # noqa: S704
@@ -70,6 +83,27 @@ def page(kept: Sequence[Trajectories]) -> str:
             version=__version__,
         )
     )
+
+
+def write(
+    kept: Sequence[Trajectories], path: Path, kind: type[RightOfWayError] = UsageError
+) -> Path:
+    """Write the page into a file, whole or not at all.
+
+    Args:
+        kept: what it shows.
+        path: where; its folder is made where it is missing.
+        kind: the error to raise.
+
+    Raises:
+        RightOfWayError: of that kind; the disk refuses.
+    """
+    text = page(kept)
+    with files.writing(path, "the replay", kind):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with files.replaced(path) as draft:
+            draft.write_text(text, encoding="utf-8", errors="replace")
+    return path
 
 
 def check_together(records: Sequence[Record]) -> None:
@@ -93,20 +127,7 @@ def check_together(records: Sequence[Record]) -> None:
 
 def shows(head: str) -> list[str]:
     """The identities of the episodes that a page shows, as its first ``HEAD`` characters say."""
-    reader = _Identities()
-    reader.feed(head)
-    return reader.found
-
-
-class _Identities(HTMLParser):
-    def __init__(self) -> None:
-        super().__init__()
-        self.found: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = dict(attrs)
-        if tag == "meta" and given.get("name") == "rightofway:identity":
-            self.found.append(given.get("content") or "")
+    return re.findall(r'<meta name="rightofway:identity" content="([^"]*)">', head)
 
 
 def _name(record: Record) -> str:
@@ -114,7 +135,7 @@ def _name(record: Record) -> str:
 
 
 def _title(kept: Sequence[Trajectories]) -> str:
-    return f"{kept[0].title}: {' and '.join(one.record.controller for one in kept)}"
+    return f"{kept[0].title}: {' and '.join(episode.record.controller for episode in kept)}"
 
 
 def _shown(record: Record) -> Shown:
@@ -139,7 +160,7 @@ def _embedded(kept: Trajectories) -> Markup:
 
 
 def _text(name: str) -> str:
-    return (files(__package__) / name).read_text(encoding="utf-8")
+    return (resources.files(__package__) / name).read_text(encoding="utf-8")
 
 
 def _style() -> str:
@@ -154,7 +175,7 @@ def _script() -> str:
 
 def _policy(style: str, *scripts: str) -> str:
     """A content security policy: this page's own style and scripts, and nothing else at all."""
-    ours = " ".join(_hash(one) for one in scripts)
+    ours = " ".join(map(_hash, scripts))
     return (
         f"default-src 'none'; script-src {ours}; style-src {_hash(style)}; img-src data:; "
         "base-uri 'none'; form-action 'none'"
