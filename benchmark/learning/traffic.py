@@ -139,8 +139,7 @@ class Traffic:
         """The headline figure so far [s]; None while the warm-up lasts."""
         if self.state.time <= self.world.scenario.evaluation.warm_up:
             return None
-        (figures,) = self.world.junction_metrics().values()
-        return figures.average_waiting_time
+        return self.world.junction_metrics()[self._name].average_waiting_time
 
     def __enter__(self) -> "Traffic":
         with contextlib.ExitStack() as opened:
@@ -150,7 +149,7 @@ class Traffic:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.world.__exit__(*error)  # type: ignore[arg-type]
+        self.world.__exit__(*error)
 
     def first(self) -> Moment:
         """The moment at which the episode begins; mostly nobody is there yet."""
@@ -213,7 +212,9 @@ class Traffic:
 
     def _watch_entries(self) -> None:
         regulated = self.intersection.regulated_movements
-        inside = frozenset(one.id for one in self.state.inside if one.movement in regulated)
+        inside = frozenset(
+            crossing.id for crossing in self.state.inside if crossing.movement in regulated
+        )
         standing = any(vehicle.speed < STATIONARY for vehicle in self.state.vehicles)
         if inside - self._inside or not standing:
             self._entered_at = self.state.time
