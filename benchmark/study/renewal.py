@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 
+from benchmark.control.training import Training
 from benchmark.records.record import Record
 from benchmark.study.episode import Episode
 from benchmark.study.executor import Executor
@@ -30,13 +31,19 @@ class Renewal:
     """Of the cells whose sample came out equal."""
 
     sampled: int
+    trained_on: Mapping[Place, tuple[Training, ...] | None]
+    """As controllers declare it now; records of before 0.4.0 do not say it."""
+
     differing: Mapping[Place, Sequence[str]] = field(default_factory=dict)
     """Cells where it did not, with the first differences."""
 
     def applied(self, record: Record) -> Record:
         """The record, with today's identity where its cell came out equal."""
         identity = self.identities.get(record.episode)
-        return record if identity is None else record.model_copy(update={"identity": identity})
+        if identity is None:
+            return record
+        trained_on = record.trained_on or self.trained_on[record.episode[:4]]
+        return record.model_copy(update={"identity": identity, "trained_on": trained_on})
 
 
 def sample_of(episodes: Iterable[Episode], seeds: int, draw: random.Random) -> list[Episode]:
@@ -76,13 +83,16 @@ def renew(
     """
     newest = {record.episode: record for record in records}
     differing: dict[Place, list[str]] = {}
+    trained_on = {}
     with closing(executor.run(sample)) as running:
         for episode, again in running:
-            changes = differences(newest[episode.key], again, MADE_BY)
-            if changes:
-                differing.setdefault(episode.key[:4], []).extend(changes[:1])
+            place, before = episode.key[:4], newest[episode.key]
+            trained_on[place] = again.trained_on
+            unsaid = {"trained_on"} if before.trained_on is None else set()
+            if changes := differences(before, again, MADE_BY | unsaid):
+                differing.setdefault(place, []).append(changes[0])
             advance(episode, again)
     identities = {
         episode.key: episode.identity for episode in episodes if episode.key[:4] not in differing
     }
-    return Renewal(identities, len(sample), differing)
+    return Renewal(identities, len(sample), trained_on, differing)
