@@ -71,7 +71,8 @@ class LocalObserver:
         rows = [
             (
                 *self._ego(ego, inside),
-                *(share, standing[self._intersection.lanes[ego.lane].approach] / (2 * MANY)),
+                share,
+                standing[self._intersection.lanes[ego.lane].approach] / (2 * MANY),
                 *_numbers(self._seen(ego, ego.lane)),
                 *self._side(ego, 0),
                 *self._side(ego, 1),

@@ -1,13 +1,12 @@
 """The command ``rightofway paper``."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from benchmark.commands import console
+from benchmark.plumbing import files
 from benchmark.plumbing.errors import RightOfWayError, UsageError
 
 EXAMPLE, SEEDS = "334", (1, 2, 3)  # where and in which episodes a lane change is looked for
@@ -31,7 +30,7 @@ def paper(
     from baselines.paper import figures, missing, report
     from baselines.paper.samples import Samples
     from benchmark.records.store import Store
-    from benchmark.study import suite as suite_file
+    from benchmark.study.suite import load_suite
 
     folder = records.parent if records.name == "records" else records
     samples = Samples(Store(folder, notice=console.notice).read())
@@ -40,29 +39,19 @@ def paper(
             f"{folder}: no records of the paper's intersections; make some with "
             f"`rightofway run paper --out {folder}`"
         )
-    suite = suite_file.load(missing.SUITE)
-    with _naming(out):
+    suite = load_suite(missing.SUITE)
+    remedy = "choose another folder with --out"
+    with files.writing(out, remedy=remedy):
         out.mkdir(parents=True, exist_ok=True)
         (out / report.LANE_CHANGE).unlink(missing_ok=True)
     example = _example(controller, out / report.LANE_CHANGE) if lane_change else ""
     pictures = figures.write(samples, out)
-    with _naming(target := out / "PAPER.md"):
+    with files.writing(target := out / "PAPER.md", remedy=remedy):
         text = report.report(samples, suite, folder, pictures, example)
         target.write_text(text, encoding="utf-8")
     for gap in missing.gaps(samples, suite):
         console.notice(f"{gap.controller}: {gap.words}")
     typer.echo(str(target))
-
-
-@contextmanager
-def _naming(target: Path) -> Iterator[None]:
-    """What the disk refuses is a misuse of --out."""
-    try:
-        yield
-    except OSError as error:
-        raise UsageError(
-            f"{target}: cannot write: {error.strerror}; choose another folder with --out"
-        ) from error
 
 
 def _example(controller: str, target: Path) -> str:
@@ -73,20 +62,21 @@ def _example(controller: str, target: Path) -> str:
     from benchmark.scenario import catalogue
     from benchmark.study.episode import Episode
 
-    scenario = catalogue.one(EXAMPLE)
+    scenario = catalogue.find_scenario(EXAMPLE)
     try:
-        found = lane_change.first_asked_for(
+        example_run = lane_change.first_asked_for(
             Episode(scenario, controller, FIGURE_RATE, seed) for seed in SEEDS
         )
     except RightOfWayError as error:
         console.notice(f"no example of a lane change: {error}")
         return example(f"No example: {error}", drawn=False)
-    if found is None:
+    if example_run is None:
         seeds = ", ".join(map(str, SEEDS))
         return example(
             f"None: under `{controller}` at {scenario.name}, {100 * FIGURE_RATE:g} % RVs, seeds "
             f"{seeds}, no RV left a lane with another RV on it for one without.",
             drawn=False,
         )
-    lane_change_drawing.draw(scenario, lane_change.longest(found[1]), target)
-    return example(lane_change.words(*found), drawn=True)
+    episode, changes = example_run
+    lane_change_drawing.draw(scenario, lane_change.longest(changes), target)
+    return example(lane_change.words(episode, changes), drawn=True)

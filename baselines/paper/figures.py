@@ -1,6 +1,5 @@
 """The paper's two figures of results: box plots of waiting, and unregulated lanes over time."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -8,11 +7,9 @@ from matplotlib.figure import Figure
 from baselines.paper.published import FIGURE_RATE, METHODS, RATES, SIGNAL, WANG
 from baselines.paper.report import UNREGULATED, WAITING
 from baselines.paper.samples import Samples
-from benchmark.plumbing.errors import UsageError
-from benchmark.records import table
-from benchmark.records.record import Record
+from benchmark.plumbing.files import writing
 from benchmark.reports.plots import style, traffic, waiting
-from benchmark.reports.plots.data import Data, Wish
+from benchmark.reports.plots.data import Wish
 
 SHOWN = (WANG, *METHODS)
 
@@ -34,28 +31,16 @@ def write(samples: Samples, folder: Path) -> tuple[str, ...]:
                 style.save(figure, folder / name)
                 written.append(name)
             else:
-                _remove(folder / name)
+                with writing(folder / name, remedy="use another --out"):
+                    (folder / name).unlink(missing_ok=True)
     return tuple(written)
-
-
-def _remove(target: Path) -> None:
-    try:
-        target.unlink(missing_ok=True)
-    except OSError as error:
-        raise UsageError(f"{target}: cannot remove: {error.strerror}; use another --out") from error
 
 
 def drawn(samples: Samples) -> dict[str, Figure | None]:
     """Each figure by the name of its file; None without anything to show."""
-    records = [*samples.records((*SHOWN, SIGNAL))]
-    there = {record.controller for record in records}
-    if not there.intersection(SHOWN):
+    controllers = [name for name in SHOWN if name in samples.controllers]
+    if not controllers:
         return {WAITING: None, UNREGULATED: None}
-
-    def read(_: Sequence[str]) -> list[Record]:
-        return records
-
-    controllers = [name for name in SHOWN if name in there]
     wish = Wish(controllers=controllers, rates=RATES, rate=FIGURE_RATE)
-    data = Data(table.of(records), read, wish)
+    data = samples.data((*SHOWN, SIGNAL), wish)
     return {WAITING: waiting.boxes(data), UNREGULATED: traffic.unregulated(data)}

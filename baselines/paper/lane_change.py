@@ -32,7 +32,7 @@ class Search:
     """Follows one intersection through an episode and gathers its lane changes."""
 
     def __init__(self) -> None:
-        self.found: list[LaneChange] = []
+        self.changes: list[LaneChange] = []
         self._before: TrafficState | None = None
         self._regulated_by: dict[str, LaneChange] = {}  # by lane, while it stays regulated
 
@@ -55,11 +55,11 @@ class Search:
         if self._before is not None:
             for lane in list(self._regulated_by):
                 self._close(lane, self._before.time)
-        return self.found
+        return self.changes
 
     def _close(self, lane: str, time: float) -> None:
         change = self._regulated_by.pop(lane)
-        self.found.append(replace(change, until=time))
+        self.changes.append(replace(change, until=time))
 
 
 def _changes(
@@ -68,16 +68,16 @@ def _changes(
     """The lane changes of one step that left no lane unregulated and regulated another."""
     lanes = after.intersection.lanes
     free, regulated = set(before.unregulated_lanes), set(after.intersection.regulated_lanes)
-    was = {one.id: one.lane for one in before.vehicles if one.is_robot}
+    was = {vehicle.id: vehicle.lane for vehicle in before.vehicles if vehicle.is_robot}
     led_before = Counter(was.values())
-    led = Counter(one.lane for one in after.vehicles if one.is_robot)
-    for one in after.vehicles:
-        source = was.get(one.id)
-        if source is None or source not in regulated or one.lane not in free:
+    led = Counter(vehicle.lane for vehicle in after.vehicles if vehicle.is_robot)
+    for vehicle in after.vehicles:
+        source = was.get(vehicle.id)
+        if source is None or source not in regulated or vehicle.lane not in free:
             continue
-        if led_before[source] > 1 and led[source] and led[one.lane] == 1:
-            told = asked.get(one.id) == lanes[one.lane].index
-            yield LaneChange(one.id, source, one.lane, told, before, after, after.time)
+        if led_before[source] > 1 and led[source] and led[vehicle.lane] == 1:
+            told = asked.get(vehicle.id) == lanes[vehicle.lane].index
+            yield LaneChange(vehicle.id, source, vehicle.lane, told, before, after, after.time)
 
 
 def in_episode(episode: Episode) -> list[LaneChange]:
@@ -113,7 +113,7 @@ def _watched(episode: Episode, decider: Decider) -> list[LaneChange]:
 
 def longest(changes: Sequence[LaneChange]) -> LaneChange:
     """The one after which its lane stays regulated longest; those that were asked for first."""
-    return max(changes, key=lambda one: (one.told, one.duration))
+    return max(changes, key=lambda change: (change.told, change.duration))
 
 
 def first_asked_for(episodes: Iterable[Episode]) -> tuple[Episode, list[LaneChange]] | None:
@@ -129,7 +129,7 @@ def first_asked_for(episodes: Iterable[Episode]) -> tuple[Episode, list[LaneChan
     best: tuple[Episode, list[LaneChange]] | None = None
     for episode in episodes:
         changes = in_episode(episode)
-        if any(one.told for one in changes):
+        if any(change.told for change in changes):
             return episode, changes
         if changes and (best is None or _duration(changes) > _duration(best[1])):
             best = episode, changes
@@ -137,18 +137,18 @@ def first_asked_for(episodes: Iterable[Episode]) -> tuple[Episode, list[LaneChan
 
 
 def _duration(changes: Sequence[LaneChange]) -> float:
-    return max(one.duration for one in changes)
+    return max(change.duration for change in changes)
 
 
 def words(episode: Episode, changes: Sequence[LaneChange]) -> str:
     """What the longest lane change of an episode was, in Markdown."""
-    one = longest(changes)
+    shown = longest(changes)
     asked = sum(change.told for change in changes)
-    who = "its controller asked for it" if one.told else "it did so by itself, as HVs do"
+    who = "its controller asked for it" if shown.told else "it did so by itself, as HVs do"
     return (
-        f"At {one.after.time:g} s of {episode.scenario.name} at {100 * (episode.rate or 0):g} % "
-        f"RVs, seed {episode.seed}, under `{episode.label}`, the RV `{one.vehicle}` leaves "
-        f"the lane `{one.source}`, on which another RV stays, for `{one.target}`, which had none; "
-        f"{who}. From then on that lane has an RV for {one.duration:g} s. In this episode "
+        f"At {shown.after.time:g} s of {episode.scenario.name} at {100 * (episode.rate or 0):g} % "
+        f"RVs, seed {episode.seed}, under `{episode.label}`, the RV `{shown.vehicle}` leaves "
+        f"the lane `{shown.source}`, on which another RV stays, for `{shown.target}`, which had "
+        f"none; {who}. From then on that lane has an RV for {shown.duration:g} s. In this episode "
         f"{len(changes)} RVs changed lanes so, {asked} of them because their controller asked."
     )

@@ -80,29 +80,29 @@ def _middle(scene: Scene, change: LaneChange) -> Points:
 
 def _draw_vehicles(axes: Axes, scene: Scene, state: TrafficState, changing: str) -> None:
     present: list[Vehicle | Crossing] = [*state.vehicles, *state.inside]
-    for one in present:
-        part = _place(scene, one)
+    for vehicle in present:
+        part = _place(scene, vehicle)
         if part is not None:
-            edge = THICK if one.id == changing else THIN
+            edge = THICK if vehicle.id == changing else THIN
             shape = PolyCollection(
                 [ribbon(part, WIDTH)], edgecolor=style.INK, linewidth=edge, zorder=4
             )
-            shape.set_facecolor(ROBOT if one.is_robot else HUMAN)
+            shape.set_facecolor(ROBOT if vehicle.is_robot else HUMAN)
             axes.add_collection(shape)
 
 
-def _place(scene: Scene, one: Vehicle | Crossing) -> Points | None:
+def _place(scene: Scene, vehicle: Vehicle | Crossing) -> Points | None:
     """The centre line of a vehicle from rear to front; None where it is off the drawing."""
     lanes = scene.intersection.lanes
-    if isinstance(one, Vehicle):
-        upstream = scene.junction.zone[one.lane].end  # m that lie behind the lane's end
-        line, front = points(scene.ground.lanes[one.lane].shape), one.distance - upstream
+    if isinstance(vehicle, Vehicle):
+        upstream = scene.junction.zone[vehicle.lane].end  # m that lie behind the lane's end
+        line, front = points(scene.ground.lanes[vehicle.lane].shape), vehicle.distance - upstream
     else:
-        ways = scene.intersection.movements[one.movement].ways
-        way = next(way for way in ways if way.lane == one.lane)
-        line = np.vstack([points(lanes[one.lane].shape), points(way.shape)[1:]])
-        front = one.way_length - one.position
-    return stretch(line, front, front + one.body.length)
+        ways = scene.intersection.movements[vehicle.movement].ways
+        way = next(way for way in ways if way.lane == vehicle.lane)
+        line = np.vstack([points(lanes[vehicle.lane].shape), points(way.shape)[1:]])
+        front = vehicle.way_length - vehicle.position
+    return stretch(line, front, front + vehicle.body.length)
 
 
 def _legend(figure: Figure) -> None:

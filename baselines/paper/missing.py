@@ -7,12 +7,11 @@ from pathlib import Path
 
 from baselines.paper.published import FOLDER, INTERSECTIONS, RATES, cells
 from baselines.paper.samples import Samples, canonical
-from benchmark.reports.tables import percent
-from benchmark.study import suite as suite_file
-from benchmark.study.suite import Suite
+from benchmark.reports.words import percent
+from benchmark.study.suite import Suite, shipped_suites
 
 SEEDS = 20  # where the suite names none
-SUITE = suite_file.FOLDER / "paper.toml"  # of all that the tables and figures show
+SUITE = shipped_suites()["paper"]  # of all that the tables and figures show
 
 
 @dataclass(frozen=True)
@@ -41,41 +40,35 @@ class Gap:
 
     def command(self, folder: Path) -> str:
         """What makes the missing records."""
-        where = [one for one in INTERSECTIONS if any(one == place for place, _ in self.found)]
-        rates = [one for one in RATES if any(one == rate for _, rate in self.found)]
-        return shlex.join(
-            [
-                *("rightofway", "run"),
-                *([FOLDER] if len(where) == len(INTERSECTIONS) else where),
-                *("--controller", self.controller),
-                *(part for rate in rates for part in ("--rate", f"{rate:g}")),
-                *("--seeds", str(self.seeds), "--out", str(folder)),
-            ]
-        )
+        where = [name for name in INTERSECTIONS if any(name == place for place, _ in self.found)]
+        rates = [rate for rate in RATES if any(rate == missing for _, missing in self.found)]
+        places = [FOLDER] if len(where) == len(INTERSECTIONS) else where
+        options = ["--controller", self.controller]
+        options += [part for rate in rates for part in ("--rate", f"{rate:g}")]
+        options += ["--seeds", str(self.seeds), "--out", str(folder)]
+        return shlex.join(["rightofway", "run", *places, *options])
 
 
 def gaps(samples: Samples, suite: Suite) -> list[Gap]:
     """What of the suite is not there, in the suite's order."""
-    return [gap for one in suite.controllers if (gap := _gap(samples, canonical(one), suite)).found]
+    lacking = (_gap(samples, canonical(name), suite) for name in suite.controllers)
+    return [gap for gap in lacking if gap.found]
 
 
 def _gap(samples: Samples, controller: str, suite: Suite) -> Gap:
     seeds = suite.seeds or SEEDS
     wanted = range(1, seeds + 1)
     counts = {
-        cell: sum(seed in samples.ok(controller, *cell) for seed in wanted) for cell in cells()
+        cell: len({*wanted}.intersection(samples.seeds(controller, cell))) for cell in cells()
     }
     found = {cell: count for cell, count in counts.items() if count < seeds}
-    failed = sum(
-        record.status != "ok"
-        for cell in found
-        for record in samples.all(controller, *cell).values()
-    )
+    lacking = (samples.sample(controller, cell) for cell in found)
+    failed = sum(sample.group.other.total() for sample in lacking if sample)
     return Gap(controller, seeds, found, failed)
 
 
-def lines(found: list[Gap], folder: Path) -> Iterator[str]:
+def lines(lacking: list[Gap], folder: Path) -> Iterator[str]:
     """A Markdown item for each gap."""
-    for gap in found:
+    for gap in lacking:
         yield f"- `{gap.controller}`: {gap.words}. Make them with"
         yield f"  `{gap.command(folder)}`"

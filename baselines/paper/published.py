@@ -2,6 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 
+Place = tuple[str, float]
+"""A cell of the paper's table: intersection and rate."""
+
 FOLDER = "colorado-springs"  # of the scenarios
 INTERSECTIONS = ("229", "449", "332", "334")  # in the order of the table
 RATES = (0.4, 0.5, 0.6, 0.7)
@@ -28,7 +31,7 @@ REDUCTIONS: Mapping[str, Mapping[str, tuple[float | None, ...]]] = {
 """By baseline and intersection, a figure per rate [%]; None where the paper prints ``*``."""
 
 
-def cells() -> Iterator[tuple[str, float]]:
+def cells() -> Iterator[Place]:
     """Intersection and rate of each of the sixteen cells."""
     return ((intersection, rate) for intersection in INTERSECTIONS for rate in RATES)
 

@@ -38,12 +38,10 @@ def against(samples: Samples, baseline: str) -> list[Reduction]:
         baseline: ``wang`` or ``traffic-light``.
     """
     cells = list(published.cells())
-    found = {
-        method: reductions(
-            [samples.paired("average_waiting_time", (method, baseline), *cell) for cell in cells]
-        )
-        for method in published.METHODS
-    }
+    ours = {}
+    for method in published.METHODS:
+        pairs = [samples.paired("average_waiting_time", (method, baseline), cell) for cell in cells]
+        ours[method] = reductions([pair or ((), ()) for pair in pairs])
     table = []
     for index, cell in enumerate(cells):
         percentage = published.reduction(baseline, *cell)
@@ -51,7 +49,7 @@ def against(samples: Samples, baseline: str) -> list[Reduction]:
             Reduction(
                 *cell,
                 published=None if percentage is None else percentage / 100,
-                ours={method: found[method][index] for method in published.METHODS},
+                ours={method: ours[method][index] for method in published.METHODS},
             )
         )
     return table
@@ -59,18 +57,18 @@ def against(samples: Samples, baseline: str) -> list[Reduction]:
 
 def summary_of_paper(table: Sequence[Reduction]) -> Summary:
     """The paper's own figures together."""
-    shares = [one.published for one in table]
+    shares = [cell.published for cell in table]
     better = [share for share in shares if share is not None]
     return Summary(len(shares), sum(better) / len(shares), None, len(better), None, None)
 
 
 def summary(table: Sequence[Reduction], method: str) -> Summary:
     """A method's cells together."""
-    found = [one for cell in table if (one := cell.ours[method]) is not None]
-    shares = [one.mean for one in found]
-    sure = [one.mean for one in found if one.excludes_zero]
+    ours = [estimate for cell in table if (estimate := cell.ours[method]) is not None]
+    shares = [estimate.mean for estimate in ours]
+    sure = [estimate.mean for estimate in ours if estimate.excludes_zero]
     return Summary(
-        cells=len(found),
+        cells=len(ours),
         stars_as_zero=sum(max(share, 0.0) for share in shares) / len(shares) if shares else None,
         mean=sum(shares) / len(shares) if shares else None,
         lower=sum(share > 0 for share in shares),

@@ -7,7 +7,7 @@ from baselines.paper import missing, tables, worth
 from baselines.paper.published import FIGURE_RATE, INTERSECTIONS, SIGNAL, WANG
 from baselines.paper.reductions import against
 from baselines.paper.samples import Samples
-from benchmark.reports.tables import percent
+from benchmark.reports.words import percent
 from benchmark.study.suite import Suite
 
 WAITING, UNREGULATED, LANE_CHANGE = "waiting.png", "unregulated-lanes.png", "lane-change.png"

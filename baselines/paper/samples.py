@@ -1,16 +1,13 @@
-"""Records -> the figures of each controller, intersection and rate, by seed."""
+"""Records -> the samples of the paper's cells: a controller at an intersection and a rate."""
 
-from collections.abc import Container, Iterable, Iterator, Mapping
-from typing import TypeAlias
+from collections.abc import Collection, Iterable
 
-from baselines.paper.published import FOLDER, INTERSECTIONS
-from benchmark.records.measures import COLUMNS
-from benchmark.records.record import JunctionMetrics, Record
+from baselines.paper.published import FOLDER, INTERSECTIONS, Place
+from benchmark.records.record import Record
+from benchmark.records.samples import BySeed, Floats, Sample, cells_of, records_in
 from benchmark.records.statistics import Estimate, estimates
-
-Seeds: TypeAlias = Mapping[int, Record]
-
-GETTERS = {column.key: column.get for column in COLUMNS}
+from benchmark.records.table import records_table
+from benchmark.reports.plots.data import Data, Wish
 
 
 def canonical(reference: str) -> str:
@@ -20,7 +17,7 @@ def canonical(reference: str) -> str:
 
 
 class Samples:
-    """The newest record of each episode at the paper's intersections.
+    """The samples at the paper's intersections.
 
     Where records of several versions of a scenario lie side by side, those of the last one count.
 
@@ -29,63 +26,60 @@ class Samples:
     """
 
     def __init__(self, records: Iterable[Record]) -> None:
-        names = {f"{FOLDER}/{one}": one for one in INTERSECTIONS}
-        chosen = [record for record in records if record.scenario in names]
-        versions = {record.scenario: record.scenario_hash for record in chosen}
-        self._cells: dict[tuple[str, str, float | None], dict[int, Record]] = {}
-        for record in chosen:
-            if record.scenario_hash == versions[record.scenario]:
-                key = (record.controller, names[record.scenario], record.rate)
-                self._cells.setdefault(key, {})[record.seed] = record
+        from polars import col
+
+        names = {f"{FOLDER}/{intersection}": intersection for intersection in INTERSECTIONS}
+        self._records = [record for record in records if record.scenario in names]
+        last_version = col("scenario_hash").last().over("scenario")
+        table = records_table(self._records)
+        self._table = table.filter(col("scenario_hash") == last_version)
+        self._samples: dict[tuple[str, str, float | None], Sample] = {}
+        for sample in (cell.sample for cell in cells_of(self._table)):
+            group = sample.group
+            self._samples[group.controller, names[group.scenario], group.rate] = sample
 
     @property
     def controllers(self) -> list[str]:
         """All that have records, sorted."""
-        return sorted({controller for controller, _, _ in self._cells})
+        return sorted({controller for controller, _, _ in self._samples})
 
-    def records(self, controllers: Container[str]) -> Iterator[Record]:
-        """All records of some controllers."""
-        for (controller, _, _), seeds in self._cells.items():
-            if controller in controllers:
-                yield from seeds.values()
+    def sample(self, controller: str, place: Place) -> Sample | None:
+        """The sample of a cell; without a rate it stands at every rate."""
+        intersection, rate = place
+        samples = (self._samples.get((controller, intersection, ran)) for ran in (rate, None))
+        return next((sample for sample in samples if sample), None)
 
-    def all(self, controller: str, intersection: str, rate: float) -> Seeds:
-        """Records by seed, also those that are not ok; without a rate they stand at every rate."""
-        key = (controller, intersection)
-        return self._cells.get((*key, rate)) or self._cells.get((*key, None)) or {}
+    def seeds(self, controller: str, place: Place) -> list[int]:
+        """The seeds of episodes that ran to their end, sorted."""
+        sample = self.sample(controller, place)
+        return sample.seeds.tolist() if sample else []
 
-    def ok(self, controller: str, intersection: str, rate: float) -> Seeds:
-        """Records by seed, in the order of seeds, of episodes that ran to their end."""
-        found = self.all(controller, intersection, rate)
-        return {seed: found[seed] for seed in sorted(found) if found[seed].status == "ok"}
+    def values(self, key: str, controller: str, place: Place) -> BySeed:
+        """A measure by seed, where the episode has it."""
+        sample = self.sample(controller, place)
+        return sample.by_seed(key) if sample else {}
 
-    def values(self, key: str, controller: str, intersection: str, rate: float) -> dict[int, float]:
-        """A column of the leaderboard by seed, where the episode has it."""
-        found = self.ok(controller, intersection, rate)
-        get = GETTERS[key]
-        return {
-            seed: float(value)
-            for seed, record in found.items()
-            if record.trips and (value := get(junction_of(record), record.trips)) is not None
-        }
-
-    def estimate(
-        self, key: str, controller: str, intersection: str, rate: float
-    ) -> Estimate | None:
+    def estimate(self, key: str, controller: str, place: Place) -> Estimate | None:
         """The mean over seeds with its interval; None without records."""
-        values = self.values(key, controller, intersection, rate)
-        return estimates([list(values.values())])[0] if values else None
+        values = self.values(key, controller, place)
+        return estimates([[*values.values()]])[0] if values else None
 
-    def paired(
-        self, key: str, pair: tuple[str, str], intersection: str, rate: float
-    ) -> tuple[list[float], list[float]]:
-        """A column of two controllers on the seeds that both have."""
-        one, other = (self.values(key, name, intersection, rate) for name in pair)
-        seeds = [seed for seed in one if seed in other]
-        return [one[seed] for seed in seeds], [other[seed] for seed in seeds]
+    def paired(self, key: str, pair: tuple[str, str], place: Place) -> tuple[Floats, Floats] | None:
+        """A measure of two controllers on the seeds that both have."""
+        ours, baseline = (self.sample(name, place) for name in pair)
+        return ours.paired(baseline, key) if ours and baseline else None
 
+    def data(self, controllers: Collection[str], wish: Wish) -> Data:
+        """What figures of some controllers are drawn from.
 
-def junction_of(record: Record) -> JunctionMetrics:
-    """The figures of the only intersection of a record that is ok."""
-    (junction,) = record.junctions.values()
-    return junction
+        Raises:
+            UsageError: there is nothing of what is wished for.
+        """
+        from polars import col
+
+        table = self._table.filter(col("controller").is_in(controllers))
+
+        def read(scenarios: Collection[str]) -> list[Record]:
+            return records_in(table.filter(col("scenario").is_in(scenarios)), self._records)
+
+        return Data(table, read, wish)

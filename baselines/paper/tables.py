@@ -12,11 +12,12 @@ from baselines.paper.published import (
     RATES,
     TUNED,
     WANG,
+    Place,
 )
 from baselines.paper.reductions import Reduction, Summary, summary, summary_of_paper
 from baselines.paper.samples import Samples
 from benchmark.records.statistics import Estimate
-from benchmark.reports.tables import figure, percent
+from benchmark.reports.words import mean_and_interval, percent
 
 RANDOM = "hierarchical?low=random"
 PARTS = {
@@ -39,26 +40,20 @@ PARTS = {
 """What is left of the hierarchy, for people."""
 
 Rows = list[list[str]]
-Cell = tuple[str, float]  # intersection and rate
 
 
 def reduction_table(table: Sequence[Reduction]) -> str:
     """The paper's figure beside ours in each cell [%]."""
-    body = [
-        [
-            *(one.intersection, percent(one.rate)),
-            r"\*" if one.published is None else f"{100 * one.published:.2f}",
-            *(_share(one.ours[method]) for method in METHODS),
-        ]
-        for one in table
-    ]
+    body = []
+    for cell in table:
+        theirs = r"\*" if cell.published is None else f"{100 * cell.published:.2f}"
+        ours = [_share(cell.ours[method]) for method in METHODS]
+        body.append([cell.intersection, percent(cell.rate), theirs, *ours])
     return markdown(["intersection", "RVs", "paper", *map(code, METHODS)], body, words=1)
 
 
 def summary_table(table: Sequence[Reduction]) -> str:
     """What the sixteen cells say together."""
-    found = {"paper": summary_of_paper(table)}
-    found |= {code(method): summary(table, method) for method in METHODS}
     head = [
         "",
         r"mean, \* as 0 [%]",
@@ -67,13 +62,15 @@ def summary_table(table: Sequence[Reduction]) -> str:
         "surely",
         "surely more",
     ]
-    return markdown(head, [[name, *_summed(one)] for name, one in found.items()], words=1)
+    body = [["paper", *_summed(summary_of_paper(table))]]
+    body += [[code(method), *_summed(summary(table, method))] for method in METHODS]
+    return markdown(head, body, words=1)
 
 
-def _summed(one: Summary) -> list[str]:
-    means = ["-" if m is None else f"{100 * m:.1f}" for m in (one.stars_as_zero, one.mean)]
-    sure = ["-" if n is None else str(n) for n in (one.surely_lower, one.surely_higher)]
-    return [*means, f"{one.lower} of {one.cells} cells", *sure]
+def _summed(cells: Summary) -> list[str]:
+    means = ["-" if m is None else f"{100 * m:.1f}" for m in (cells.stars_as_zero, cells.mean)]
+    sure = ["-" if n is None else str(n) for n in (cells.surely_lower, cells.surely_higher)]
+    return [*means, f"{cells.lower} of {cells.cells} cells", *sure]
 
 
 def _share(estimate: Estimate | None) -> str:
@@ -81,7 +78,7 @@ def _share(estimate: Estimate | None) -> str:
     if estimate is None:
         return "-"
     star = "" if estimate.mean > 0 else r" \*"
-    return f"{figure(_scaled(estimate, 100), 1)}{star}{doubt(estimate)}"
+    return f"{mean_and_interval(_scaled(estimate, 100), 1)}{star}{doubt(estimate)}"
 
 
 def doubt(estimate: Estimate) -> str:
@@ -98,51 +95,42 @@ def _scaled(estimate: Estimate, factor: float) -> Estimate:
 
 def beside_waiting(samples: Samples) -> str:
     """What else happens in each cell, so that nobody creeps or crashes to a low waiting time."""
-    head = ["intersection", "RVs", "controller", "waiting [s]", "its median [s]"]
-    head += [
-        "its SD [s]",
-        "travel time [s]",
-        "throughput [veh/h]",
-        "collisions with an RV",
-        "seeds",
-    ]
+    head = ["intersection", "RVs", "controller", "waiting [s]", "its median [s]", "its SD [s]"]
+    head += ["travel time [s]", "throughput [veh/h]", "collisions with an RV", "seeds"]
     body = [
         [cell[0], percent(cell[1]), code(name), *_beside(samples, name, cell)]
         for cell in published.cells()
         for name in (WANG, *METHODS)
-        if samples.ok(name, *cell)
+        if samples.seeds(name, cell)
     ]
     return markdown(head, body, words=3)
 
 
-def _beside(samples: Samples, name: str, cell: Cell) -> list[str]:
-    waiting = list(samples.values("average_waiting_time", name, *cell).values())
-    deviation = f"{statistics.stdev(waiting):.1f}" if len(waiting) > 1 else "-"
+def _beside(samples: Samples, name: str, cell: Place) -> list[str]:
+    def estimate(key: str, digits: int) -> str:
+        return mean_and_interval(samples.estimate(key, name, cell), digits)
+
+    waiting = list(samples.values("average_waiting_time", name, cell).values())
     return [
-        figure(samples.estimate("average_waiting_time", name, *cell), 1),
+        estimate("average_waiting_time", 1),
         f"{statistics.median(waiting):.1f}" if waiting else "-",
-        deviation,
-        figure(samples.estimate("travel_time", name, *cell), 1),
-        figure(samples.estimate("throughput", name, *cell), 0),
-        figure(samples.estimate("collisions_with_robot", name, *cell), 1),
-        str(len(samples.ok(name, *cell))),
+        f"{statistics.stdev(waiting):.1f}" if len(waiting) > 1 else "-",
+        estimate("travel_time", 1),
+        estimate("throughput", 0),
+        estimate("collisions_with_robot", 1),
+        str(len(samples.seeds(name, cell))),
     ]
 
 
 def ablation_table(samples: Samples, intersection: str) -> str:
     """Waiting and travel time of every part of the hierarchy at one intersection."""
-    body = [
-        [
-            *(code(name), PARTS.get(name, "")),
-            *(
-                figure(samples.estimate(key, name, intersection, rate), 1)
-                for key in ("average_waiting_time", "travel_time")
-                for rate in RATES
-            ),
-        ]
-        for name in _parts(samples)
-        if any(samples.ok(name, intersection, rate) for rate in RATES)
-    ]
+    columns = [(key, rate) for key in ("average_waiting_time", "travel_time") for rate in RATES]
+    body = []
+    for name in _parts(samples):
+        if any(samples.seeds(name, (intersection, rate)) for rate in RATES):
+            means = [samples.estimate(key, name, (intersection, rate)) for key, rate in columns]
+            words = [mean_and_interval(mean, 1) for mean in means]
+            body.append([code(name), PARTS.get(name, ""), *words])
     head = ["controller", "what it is"]
     head += [f"{words} [s], {percent(r)}" for words in ("waiting", "travel time") for r in RATES]
     return markdown(head, body, words=2)
@@ -151,26 +139,19 @@ def ablation_table(samples: Samples, intersection: str) -> str:
 def _parts(samples: Samples) -> list[str]:
     """The hierarchy and what is left of it, the known ones first."""
     options = [
-        one for one in samples.controllers if one.partition("?")[0] in METHODS and "?" in one
+        name for name in samples.controllers if name.partition("?")[0] in METHODS and "?" in name
     ]
     return list(dict.fromkeys([*PARTS, *options]))
 
 
 def unregulated_table(samples: Samples) -> str:
     """The share of unregulated lanes over the evaluation window at the figure's rate."""
-    body = [
-        [
-            intersection,
-            *(
-                figure(
-                    samples.estimate("unregulated_lane_ratio", name, intersection, FIGURE_RATE), 2
-                )
-                for name in (WANG, *METHODS)
-            ),
-        ]
-        for intersection in INTERSECTIONS
-    ]
-    return markdown(["intersection", *map(code, (WANG, *METHODS))], body, words=1)
+    names, key = (WANG, *METHODS), "unregulated_lane_ratio"
+    body = []
+    for intersection in INTERSECTIONS:
+        means = [samples.estimate(key, name, (intersection, FIGURE_RATE)) for name in names]
+        body.append([intersection, *(mean_and_interval(mean, 2) for mean in means)])
+    return markdown(["intersection", *map(code, names)], body, words=1)
 
 
 def code(name: str) -> str:

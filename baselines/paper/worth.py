@@ -3,11 +3,12 @@
 from statistics import mean
 
 from baselines.paper import published
-from baselines.paper.published import HIERARCHICAL, TUNED
+from baselines.paper.published import HIERARCHICAL, TUNED, Place
 from baselines.paper.samples import Samples
-from baselines.paper.tables import Cell, code, doubt, markdown
+from baselines.paper.tables import code, doubt, markdown
+from benchmark.records.samples import BySeed
 from benchmark.records.statistics import estimates
-from benchmark.reports.tables import figure, percent
+from benchmark.reports.words import mean_and_interval, percent
 
 PAIRS = (
     (HIERARCHICAL, f"{HIERARCHICAL}?low=random"),
@@ -21,13 +22,11 @@ PAIRS = (
 
 LETTERS = "ABCDEFGH"
 
-BySeed = dict[int, float]
-
 
 def legend() -> str:
     """Which letter of the tables stands for which pair."""
     items = zip(LETTERS, PAIRS, strict=False)
-    return "\n".join(f"- {letter}: {code(one)} - {code(other)}" for letter, (one, other) in items)
+    return "\n".join(f"- {letter}: {code(name)} - {code(other)}" for letter, (name, other) in items)
 
 
 def table(samples: Samples, key: str) -> str:
@@ -35,33 +34,33 @@ def table(samples: Samples, key: str) -> str:
 
     Args:
         samples: what there is.
-        key: of a column of the leaderboard.
+        key: of a measure.
     """
     cells = list(published.cells())
-    found = {pair: [_by_seed(samples, key, pair, cell) for cell in cells] for pair in PAIRS}
+    columns = [[_differences(samples, key, pair, cell) for cell in cells] for pair in PAIRS]
     body = [
-        [cell[0], percent(cell[1]), *(_words(found[pair][index]) for pair in PAIRS)]
-        for index, cell in enumerate(cells)
-        if any(found[pair][index] for pair in PAIRS)
+        [cell[0], percent(cell[1]), *map(_words, row)]
+        for cell, row in zip(cells, zip(*columns, strict=True), strict=True)
+        if any(row)
     ]
     if body:
-        body.append(["mean", "", *(_words(_over_cells(found[pair])) for pair in PAIRS)])
+        body.append(["mean", "", *(_words(_over_cells(column)) for column in columns)])
     return markdown(["intersection", "RVs", *LETTERS[: len(PAIRS)]], body, words=2)
 
 
-def _by_seed(samples: Samples, key: str, pair: tuple[str, str], cell: Cell) -> BySeed:
-    one, other = (samples.values(key, name, *cell) for name in pair)
-    return {seed: one[seed] - other[seed] for seed in one if seed in other}
+def _differences(samples: Samples, key: str, pair: tuple[str, str], place: Place) -> BySeed:
+    values, others = (samples.values(key, name, place) for name in pair)
+    return {seed: values[seed] - others[seed] for seed in values if seed in others}
 
 
-def _over_cells(found: list[BySeed]) -> BySeed:
+def _over_cells(column: list[BySeed]) -> BySeed:
     """The mean over cells of each seed that all cells have."""
-    seeds = set.intersection(*map(set, found))
-    return {seed: mean(cell[seed] for cell in found) for seed in sorted(seeds)}
+    seeds = set.intersection(*map(set, column))
+    return {seed: mean(cell[seed] for cell in column) for seed in sorted(seeds)}
 
 
 def _words(differences: BySeed) -> str:
     if not differences:
         return "-"
-    (found,) = estimates([list(differences.values())])
-    return f"{figure(found, 1)}{doubt(found)}"
+    (estimate,) = estimates([list(differences.values())])
+    return f"{mean_and_interval(estimate, 1)}{doubt(estimate)}"

@@ -42,11 +42,11 @@ def main(
 ) -> None:
     """Print, in percent, how vehicles entered and who was in the way of refused RVs."""
     columns = {
-        f"{one.name.rpartition('/')[2]}, {100 * each:g} %": dict(
-            shares(one, each, range(1, seeds + 1))
+        f"{place.name.rpartition('/')[2]}, {100 * ran:g} %": dict(
+            shares(place, ran, range(1, seeds + 1))
         )
-        for one in catalogue.find_scenarios(scenario or ["colorado-springs"])
-        for each in rate or [0.4, 0.6]
+        for place in catalogue.find_scenarios(scenario or ["colorado-springs"])
+        for ran in rate or [0.4, 0.6]
     }
     names = sorted({name for column in columns.values() for name in column})
     rows = [[name, *(column.get(name, 0.0) for column in columns.values())] for name in names]

@@ -99,7 +99,13 @@ class TimeWindows(Controller):
         self._look_ahead, self._followers, self.braking = look_ahead, followers, braking
         self._margins = Margins(after, before, growth, look_ahead, yielding)
         self._weights = RankWeights(
-            *(waiting_weight, longest_waiting, flowing, joining, green, green_gap, patience)
+            waiting=waiting_weight,
+            longest_waiting=longest_waiting,
+            flowing=flowing,
+            joining=joining,
+            green=green,
+            gap=green_gap,
+            patience=patience,
         )
         self._later_slots = later_slots
         self._delays = [SLOT * slot for slot in range(1, int(latest_slot / SLOT) + 1)]

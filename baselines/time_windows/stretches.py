@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from benchmark.control.intersection import Intersection, Movement, Way
+from benchmark.control.intersection import Intersection, Way
 
 SPACING = 0.25  # m between the places at which two ways are compared
 
@@ -45,10 +45,8 @@ def _lane_conflicts(named: tuple[tuple[str, str, Way], ...], clearance: float) -
     for i, j in combinations(range(len(named)), 2):
         (_, approach, way), (_, other_approach, other) = named[i], named[j]
         if approach != other_approach and (both := _meet(way, other, clearance)):
-            (
-                (conflicts.start[i, j], conflicts.end[i, j]),
-                (conflicts.start[j, i], conflicts.end[j, i]),
-            ) = both
+            for pair, stretch in zip(((i, j), (j, i)), both, strict=True):
+                conflicts.start[pair], conflicts.end[pair] = stretch
     return conflicts
 
 
@@ -65,11 +63,11 @@ def movement_conflicts(intersection: Intersection) -> Conflicts:
 
 def _regulated(intersection: Intersection) -> tuple[tuple[str, str, Way], ...]:
     """Movement, approach and way of each regulated way."""
-    movements: list[Movement] = [
-        movement for movement in intersection.movements.values() if movement.regulated
-    ]
     return tuple(
-        (movement.id, movement.approach, way) for movement in movements for way in movement.ways
+        (movement.id, movement.approach, way)
+        for movement in intersection.movements.values()
+        if movement.regulated
+        for way in movement.ways
     )
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from factories.processes import PATIENCE
 from factories.records import record, unlucky
 from matplotlib.image import imread
 
@@ -20,9 +21,9 @@ from baselines.paper.samples import Samples, canonical
 from benchmark.records.record import Record
 from benchmark.records.store import Store
 from benchmark.reports.plots import style
-from benchmark.study import suite as suite_file
+from benchmark.study.suite import load_suite
 
-SUITE = suite_file.load(missing.SUITE)
+SUITE = load_suite(missing.SUITE)
 SEEDS = range(1, 21)
 BASE = {seed: 20.0 + 5 * ((7 * seed) % 11) for seed in SEEDS}  # s, of the baselines
 CURVE = (1.0, 0.6, 0.4)
@@ -101,18 +102,18 @@ def test_the_newest_record_of_an_episode_counts_and_failures_do_not() -> None:
         unlucky("wang", 3, scenario="colorado-springs/229", rate=0.4),
         *at("wang", "332", seeds=[4]),
     ]
-    found = Samples(records).values("travel_time", "wang", "229", 0.4)
+    found = Samples(records).values("travel_time", "wang", ("229", 0.4))
     assert found == {1: 70.0, 2: 50.0}
 
 
 def test_of_two_versions_of_a_scenario_the_last_one_counts() -> None:
     records = [*at("wang", seeds=[1, 2], scenario_hash="b" * 64), *at("wang", seeds=[2, 3])]
-    assert sorted(Samples(records).ok("wang", "229", 0.4)) == [2, 3]
+    assert sorted(Samples(records).seeds("wang", ("229", 0.4))) == [2, 3]
 
 
 def test_a_signal_stands_at_every_rate() -> None:
     samples = Samples(at("traffic-light", rate=None, seeds=[1]))
-    assert all(samples.ok("traffic-light", "229", rate) for rate in published.RATES)
+    assert all(samples.seeds("traffic-light", ("229", rate)) for rate in published.RATES)
 
 
 # --- reductions --------------------------------------------------------------------------------
@@ -374,7 +375,7 @@ def results(tmp_path: Path) -> Path:
 def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     whole = [str(Path(sys.executable).parent / "rightofway"), "paper", *arguments]
     return subprocess.run(
-        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=120
+        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=PATIENCE
     )
 
 
