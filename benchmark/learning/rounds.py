@@ -85,7 +85,7 @@ class Rounds(ABC, Generic[Settings, Model]):
         }
         self.name, self._options = name, options
         self.settings: Settings = read_settings(self.kind, file, options, changes)  # type: ignore[assignment]
-        self._scenarios = catalogue.find(self.settings.traffic.scenarios)
+        self._scenarios = catalogue.find_scenarios(self.settings.traffic.scenarios)
         folder = Folder(options, name, self.settings)
         torch.set_num_threads(1)  # other bits with other counts
         self.model = self._new(options.seed)
