@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from factories.scenarios import smoke
+from factories.scenarios import ROOT, smoke
 from plugins import install
 
 from benchmark.admission.conformance import (
@@ -21,7 +21,7 @@ from benchmark.admission.conformance.elsewhere import Outcome, Task
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError, ScenarioError
 
-UNRULY = Path(__file__).parents[1] / "plugins" / "unruly.py"
+UNRULY = ROOT / "tests" / "plugins" / "unruly.py"
 BOTH = ("smoke/tee", "smoke/crossing")
 
 
@@ -199,7 +199,7 @@ def test_cases_are_told_apart_by_id_and_fail_or_skip_with_the_reason() -> None:
 
 
 def test_the_documentation_has_every_check_in_its_order() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "conformance.md").read_text()
+    text = (ROOT / "docs" / "conformance.md").read_text()
     assert re.findall(r"^\| `([a-z-]+)` \|", text, re.MULTILINE) == list(CHECKS)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 from factories.processes import PATIENCE
-from factories.scenarios import SCENARIOS, SHIPPED, SMOKE, edited
+from factories.scenarios import ROOT, SCENARIOS, SHIPPED, SMOKE, edited
 from plugins import install
 
 from benchmark import __version__
@@ -94,7 +94,7 @@ def test_check_finds_nothing_wrong_with_a_good_controller(command: Command) -> N
 def test_check_shows_a_broken_promise_with_what_to_do_and_ends_in_exit_code_1(
     command: Command,
 ) -> None:
-    unruly = Path(__file__).parents[1] / "plugins" / "unruly.py"
+    unruly = ROOT / "tests" / "plugins" / "unruly.py"
     done = command("check", "controller", f"{unruly}:FourOnly", COLUMNS="200")
     assert (done.returncode, done.stderr) == (0, "")
     assert "18 passed, 8 skipped\n" in done.stdout

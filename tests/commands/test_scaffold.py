@@ -7,14 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from factories.scenarios import ROOT
 
 from benchmark import __version__
 from benchmark.commands import scaffold
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import catalogue, scenario
 from benchmark.sumo import inspection
-
-ROOT = Path(__file__).parents[2]
 
 
 def files(folder: Path) -> Iterator[tuple[str, str]]:

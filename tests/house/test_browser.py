@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from browser import Visit, accessibility_violations, wider_than_its_window
+from factories.scenarios import ROOT
 
 PAGE = """<!doctype html><html lang="en"><title>A page</title><main><h1>A page</h1>{}</main>"""
 
@@ -62,7 +63,7 @@ USES_A_BROWSER = "from browser import *\ndef test_it(chromium): pass\n"
 def run_without_chromium(folder: Path, **variables: str) -> str:
     test = folder / "test_one.py"
     test.write_text(USES_A_BROWSER)
-    here = str(Path(__file__).parents[1])
+    here = str(ROOT / "tests")
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-rs", "-p", "no:cacheprovider", str(test)],
         env={"PATH": "", "PYTHONPATH": here, **variables},

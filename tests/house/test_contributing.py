@@ -14,13 +14,14 @@ from pathlib import Path
 
 import pytest
 from factories.processes import PATIENCE
+from factories.scenarios import ROOT
 from typer.main import get_command
 
 from benchmark.commands.app import app
 from benchmark.records.record import Record
 from benchmark.records.store import Store
 
-TEXT = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text()
+TEXT = (ROOT / "CONTRIBUTING.md").read_text()
 PROGRAMS = Path(sys.executable).parent
 OFFLINE = "--no-deps --no-index --no-build-isolation --disable-pip-version-check --quiet"
 

@@ -12,11 +12,10 @@ import pytest
 import yaml
 from factories.comparisons import written
 from factories.records import record
-from factories.scenarios import smoke
+from factories.scenarios import ROOT, smoke
 
 from benchmark.commands.app import app
 
-ROOT = Path(__file__).parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 ACTION = ROOT / ".github" / "actions" / "rightofway-regress" / "action.yml"
 FILES = [*WORKFLOWS, ACTION]

@@ -8,11 +8,12 @@ import nbformat
 import pytest
 from factories.processes import PATIENCE
 from factories.records import record
+from factories.scenarios import ROOT
 from nbclient import NotebookClient
 
 from benchmark.notebook import Leaderboard
 
-TOUR = Path(__file__).parents[2] / "docs" / "tour.ipynb"
+TOUR = ROOT / "docs" / "tour.ipynb"
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import matplotlib
 import numpy as np
 import pytest
+from factories.scenarios import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
@@ -19,7 +20,7 @@ from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import scenario
 from benchmark.sumo import ground, network
 
-SMOKE = Path(__file__).parents[2] / "scenarios" / "smoke"
+SMOKE = ROOT / "scenarios" / "smoke"
 
 
 def document(name: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from factories.processes import PATIENCE
 from factories.records import junction, record
-from factories.scenarios import shipped
+from factories.scenarios import ROOT, shipped
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -151,6 +151,6 @@ def test_a_demand_that_makes_no_sense_is_refused(total: str) -> None:
 
 def test_a_file_with_an_at_in_its_name_is_a_file(tmp_path: Path) -> None:
     file = tmp_path / "mine@home.toml"
-    file.write_text((Path(__file__).parents[2] / "scenarios/smoke/tee.toml").read_text())
+    file.write_text((ROOT / "scenarios/smoke/tee.toml").read_text())
     (found,) = catalogue.find_scenarios([str(file)])
     assert found.name.endswith("/mine@home")

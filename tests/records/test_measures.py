@@ -1,14 +1,12 @@
 """Each figure is defined once, and what others say of it agrees."""
 
 import re
-from pathlib import Path
 
+from factories.scenarios import ROOT
 from pydantic import BaseModel
 
 from benchmark.records.measures import BY_KEY, HEADLINE, MEASURES, Measure
 from benchmark.records.record import JunctionMetrics, TripMetrics, Waiting
-
-ROOT = Path(__file__).parents[2]
 
 
 def field_of(measure: Measure) -> tuple[type[BaseModel], str]:

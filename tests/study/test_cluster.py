@@ -77,11 +77,12 @@ def test_a_controllers_file_travels_and_keeps_its_name_and_hash(
     (tmp_path / "helper.py").write_text("from baselines.virtual_signal import VirtualSignal\n")
     file.write_text(
         "import sys; from pathlib import Path\n"
-        "sys.path.append(str(Path(__file__).parents[1]))\n"
+        "sys.path.append(str(Path(__file__).parent))\n"
         "import helper\nclass Mine(helper.VirtualSignal):\n    pass\n"
     )
     episode = Episode(smoke("crossing"), f"{file}:Mine?green=10", 0.5, 1)
     expected = run(episode)
+    assert expected.status == "ok"
 
     @contextmanager
     def elsewhere() -> Iterator[Client]:
