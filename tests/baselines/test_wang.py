@@ -409,7 +409,7 @@ from benchmark.learning import trainers
 from benchmark.study.episode import Episode, run
 from benchmark.plumbing.errors import ControllerError
 
-(crossing,) = catalogue.find(["smoke/crossing"])
+(crossing,) = catalogue.find_scenarios(["smoke/crossing"])
 for name in ("wang", "wang-tuned"):
     print(run(Episode(crossing, name, 0.5, 1001)).status)
 try:
