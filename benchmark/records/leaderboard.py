@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from benchmark.records.measures import HEADLINE
+from benchmark.records.measures import HEADLINE, MEASURES
 from benchmark.records.record import Record
 from benchmark.records.samples import Cell, Floats, Group, Sample, cells_of
 from benchmark.records.statistics import Estimate, estimates
-from benchmark.records.table import FIGURES, NETWORK, records_table
+from benchmark.records.table import NETWORK, records_table
 
 if TYPE_CHECKING:
     import polars
@@ -89,10 +89,10 @@ def _figures(samples: Iterable[Sample]) -> dict[Sample, Figures]:
     """The estimates of each measure that has values."""
     keys, values = [], []
     for sample in dict.fromkeys(samples):
-        for key in FIGURES:
-            _, known = sample.values(key)
+        for measure in MEASURES:
+            _, known = sample.values(measure.key)
             if len(known):
-                keys.append((sample, key))
+                keys.append((sample, measure.key))
                 values.append(known)
     figures: dict[Sample, Figures] = defaultdict(dict)
     for (sample, key), estimate in zip(keys, estimates(values), strict=True):

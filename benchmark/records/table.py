@@ -28,9 +28,13 @@ FACTS = (
     *("scenario", "scenario_hash", "controller", "rate", "seed", "status", "reason"),
     *("rules", "arbitration", "controller_from", "identity", "wall_time"),
 )
-FIGURES = tuple(measure.key for measure in MEASURES)
+_OF_JUNCTIONS = [measure for measure in MEASURES if not measure.is_of_trips]
+_OF_TRIPS = [measure for measure in MEASURES if measure.is_of_trips]
+FIGURES = tuple(measure.key for measure in (*_OF_JUNCTIONS, *_OF_TRIPS))
 _facts = attrgetter(*FACTS)
-_getters = [(measure.is_of_trips, measure.getter) for measure in MEASURES]
+_junction_getters = [measure.getter for measure in _OF_JUNCTIONS]
+_trip_getters = [measure.getter for measure in _OF_TRIPS]
+_NO_JUNCTION, _NO_TRIPS = [None] * len(_OF_JUNCTIONS), [None] * len(_OF_TRIPS)
 
 
 def table_schema() -> "dict[str, polars.DataType | type[polars.DataType]]":
@@ -108,20 +112,15 @@ def _rows(number: int, record: Any) -> Iterator[tuple[object, ...]]:
     junctions, trips = record.junctions, record.trips
     head = (number, *_facts(record), _is_trained_on(record), _refusals(record))
     if not junctions or trips is None:
-        yield (*head, None, *_figures(None, None))
+        yield (*head, None, *_NO_JUNCTION, *_NO_TRIPS)
         return
-    beside = trips if len(junctions) == 1 else None
+    of_trips = [get(trips) for get in _trip_getters]
+    several = len(junctions) > 1
     for name, junction in junctions.items():
-        yield (*head, name, *_figures(junction, beside))
-    if beside is None:
-        yield (*head, NETWORK, *_figures(None, trips))
-
-
-def _figures(junction: Any, trips: Any) -> list[float | None]:
-    return [
-        None if (metrics := trips if is_of_trips else junction) is None else get(metrics)
-        for is_of_trips, get in _getters
-    ]
+        of_junction = [get(junction) for get in _junction_getters]
+        yield (*head, name, *of_junction, *(_NO_TRIPS if several else of_trips))
+    if several:
+        yield (*head, NETWORK, *_NO_JUNCTION, *of_trips)
 
 
 def _is_trained_on(record: Any) -> bool:
