@@ -44,9 +44,6 @@ def failures(results: Sequence[Result]) -> dict[str, str]:
     return {one.check: one.words for one in results if one.status == "failed"}
 
 
-# --- what is found in this process ---------------------------------------------------------------
-
-
 @pytest.mark.usefixtures("here")
 def test_a_controller_that_keeps_to_the_contract_passes_every_check_on_every_scenario() -> None:
     results = checked("Tame")
@@ -107,9 +104,6 @@ def test_a_decision_that_takes_longer_than_a_step_fails(monkeypatch: pytest.Monk
     assert found["decides-in-time"].endswith("; a step is 1000 ms")
 
 
-# --- needs ------------------------------------------------------------------------------------
-
-
 @pytest.mark.usefixtures("here")
 def test_where_its_needs_are_not_met_it_is_skipped_and_elsewhere_checked_within_its_rates() -> None:
     results = checked("FourOnly")
@@ -134,9 +128,6 @@ def test_to_be_skipped_everywhere_is_no_success(name: str, reason: str) -> None:
         f"none of the scenarios suits it, so nothing can be checked (smoke/tee: {reason}"
         in (found["declares"])
     )
-
-
-# --- what takes a process of its own -----------------------------------------------------------
 
 
 def test_the_order_of_sets_shows_in_another_process() -> None:
@@ -179,9 +170,6 @@ def test_a_crash_or_a_hang_costs_the_checks_and_not_the_kit(
     results = check_controller("hostile:Hangs", BOTH[:1])
     assert failures(results)["runs"].startswith("at 0 % RVs: the episode was not done after")
     assert {one.status for one in results if one.check == "forgets"} == {"skipped"}
-
-
-# --- as a helper for pytest ---------------------------------------------------------------------
 
 
 @pytest.mark.usefixtures("here")

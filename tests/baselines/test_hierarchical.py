@@ -21,8 +21,6 @@ from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers, Observer
 from benchmark.world.world import World
 
-# --- safety ------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(
     ("distance", "limit"),
@@ -65,9 +63,6 @@ def test_the_limit_never_rises_towards_the_entrance(distance: float, nearer: flo
     assert speed_limit(min(distance, nearer)) <= speed_limit(distance)
 
 
-# --- the low level -----------------------------------------------------------------------------
-
-
 def test_the_low_level_sees_wangs_numbers_and_whether_rvs_are_on_the_lanes_beside() -> None:
     ego = vehicle("ego", lane="northbound_1")
     others = [
@@ -108,9 +103,6 @@ def test_a_learned_action_is_the_clipped_mean() -> None:
     found = Learned(arrays, LateralObserver(CROSSROADS))(state(*egos), egos)
     assert found.tolist() == [pytest.approx([1.0, 0.2], abs=1e-6)] * 2
     assert {name: one.shape for name, one in arrays.items()} == shapes(SIZE, [3])
-
-
-# --- the hierarchy -----------------------------------------------------------------------------
 
 
 def asked(actions: list[float], seen: Any, **options: Any) -> dict[str, Command]:
@@ -176,9 +168,6 @@ def test_lane_changes_have_the_papers_thresholds_and_lead_where_the_movement_is_
 def test_driving_on_is_full_acceleration_in_the_own_lane() -> None:
     egos = [vehicle("one"), vehicle("two")]
     assert Forward()(state(*egos), egos).tolist() == [[1.0, 0.0]] * 2
-
-
-# --- in traffic --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", [1001, 1002])

@@ -34,9 +34,6 @@ def model(seed: int = 1) -> Any:
     return train._model(LEARNER, SIZE, seed)
 
 
-# --- advantages --------------------------------------------------------------------------------
-
-
 def trajectory(rewards: list[float], *, ended: bool) -> Trajectory:
     count = len(rewards)
     return Trajectory(
@@ -93,9 +90,6 @@ def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
     assert ppo.spread(learner) == pytest.approx([LEARNER.spread] * 2)
 
 
-# --- episodes ----------------------------------------------------------------------------------
-
-
 def played(seed: int = 10_000, **facts: Any) -> Played:
     learner = model()
     arrays = {**ppo.arrays(learner), "spread": ppo.spread(learner)}
@@ -120,8 +114,6 @@ def test_equal_arguments_give_equal_trajectories() -> None:
     assert all(np.array_equal(a.actions, b.actions) for a, b in pairs)
     assert not np.array_equal(one.trajectories[0].actions, other.trajectories[0].actions)
 
-
-# --- runs --------------------------------------------------------------------------------------
 
 TINY = (
     *("traffic.scenarios=['smoke/crossing']", "traffic.rates=[0.6]", "traffic.duration=60"),
@@ -181,8 +173,6 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
     train.train_hierarchical(options(out, resume=True))
     assert manifest(out)["digest"] == manifest(finished)["digest"]
 
-
-# --- a toy that pays for leading ----------------------------------------------------------------
 
 ROAD = {"length": 150, "speed_limit": 13.89, "lanes": "R C C L"}
 SIDE = {"length": 100, "speed_limit": 13.89, "lanes": "RCL"}

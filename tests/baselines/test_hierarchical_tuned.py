@@ -61,9 +61,6 @@ def test_an_empty_road_is_seen_as_far_and_fast() -> None:
     assert seen(EGO)[8:14] == [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
 
 
-# --- the reward --------------------------------------------------------------------------------
-
-
 def earned(reward: DrivingReward, *steps: tuple[Vehicle, ...]) -> tuple[float, float]:
     """What the ego, first of each step's vehicles, earns after the last step, and one that left."""
     earnings = Earnings(reward)
@@ -100,9 +97,6 @@ def test_an_rv_earns_for_the_hvs_that_it_comes_to_lead_alone_and_for_nothing_els
     assert earned(leads, (*behind, other), (*claims, other)) == (0.0, 0.0)
     arrived = vehicle("new", lane="northbound_2", distance=70.0, is_robot=False)
     assert earned(leads, claims, (*claims, arrived)) == (0.0, 0.0)  # it only drove up
-
-
-# --- what it may do ----------------------------------------------------------------------------
 
 
 @given(st.floats(0.0, 90.0), st.floats(0.0, 20.0), st.floats(1.0, 4.0))

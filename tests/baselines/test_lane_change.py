@@ -110,9 +110,6 @@ def test_words_name_scenario_rate_seed_time_and_vehicle() -> None:
     assert "2 RVs changed lanes so, 0 of them" in text
 
 
-# --- real episodes -----------------------------------------------------------------------------
-
-
 def test_where_every_leg_has_one_lane_there_is_none() -> None:
     episodes = (Episode(smoke("crossing"), "first-come", 0.5, seed) for seed in (1, 2))
     assert first_asked_for(episodes) is None

@@ -68,9 +68,6 @@ def cells_of(text: str, *words: str) -> list[str]:
     raise AssertionError(f"no row {words} in\n{text}")
 
 
-# --- the paper's own figures -------------------------------------------------------------------
-
-
 def test_the_papers_table_is_whole_and_its_abstract_is_in_it() -> None:
     for baseline in (published.WANG, published.SIGNAL):
         assert [len(row) for row in published.REDUCTIONS[baseline].values()] == [4] * 4
@@ -83,9 +80,6 @@ def test_the_papers_means_count_a_star_as_zero() -> None:
     assert (wang.lower, signal.lower) == (13, 14)
     assert wang.stars_as_zero == pytest.approx(3.7145 / 16)
     assert signal.stars_as_zero == pytest.approx(5.7725 / 16)
-
-
-# --- samples -----------------------------------------------------------------------------------
 
 
 def test_options_are_compared_in_the_order_that_records_have() -> None:
@@ -114,9 +108,6 @@ def test_of_two_versions_of_a_scenario_the_last_one_counts() -> None:
 def test_a_signal_stands_at_every_rate() -> None:
     samples = Samples(at("traffic-light", rate=None, seeds=[1]))
     assert all(samples.seeds("traffic-light", ("229", rate)) for rate in published.RATES)
-
-
-# --- reductions --------------------------------------------------------------------------------
 
 
 def test_a_known_reduction_is_found_in_every_cell(whole: list[Record]) -> None:
@@ -191,9 +182,6 @@ def test_few_seeds_are_never_sure() -> None:
     assert cells_of(text, "229", "40 %")[3] == "50.0 [50.0, 50.0] n.s."
 
 
-# --- the other tables --------------------------------------------------------------------------
-
-
 def test_what_is_beside_waiting_has_a_row_for_each_cell_and_controller() -> None:
     facts = {"travel_time": 111.0, "throughput": 3456.0, "collisions_with_robot": 2}
     text = tables.beside_waiting(Samples([*at("wang", **facts), *at("hierarchical", seeds=[1])]))
@@ -254,9 +242,6 @@ def test_the_mean_over_cells_is_paired_by_seed() -> None:
     )
 
 
-# --- gaps --------------------------------------------------------------------------------------
-
-
 def gap(records: Iterable[Record], controller: str) -> missing.Gap | None:
     found = missing.gaps(Samples(records), SUITE)
     return next((one for one in found if one.controller == controller), None)
@@ -296,9 +281,6 @@ def test_a_controller_without_records_is_named_with_a_command_that_survives_a_sh
     parts = shlex.split(found.command(Path("out")))
     assert parts[:3] == ["rightofway", "run", "colorado-springs"]
     assert parts[4] == "hierarchical?lateral=false&low=forward"
-
-
-# --- the report and its figures ----------------------------------------------------------------
 
 
 def test_the_report_holds_a_table_for_what_is_there_and_says_what_is_not() -> None:
@@ -357,9 +339,6 @@ def test_figures_of_the_paper_are_at_its_rates(whole: list[Record]) -> None:
     assert waiting is not None
     labels = [tick.get_text() for tick in waiting.axes[-1].get_xticklabels()]
     assert labels == ["40 %", "50 %", "60 %", "70 %"]
-
-
-# --- the command -------------------------------------------------------------------------------
 
 
 @pytest.fixture

@@ -59,9 +59,6 @@ def inside(movement: str, name: str = "hv", **facts: Any) -> Crossing:
     )
 
 
-# --- stretches ---------------------------------------------------------------------------------
-
-
 def way(*points: tuple[float, float], lane: str = "lane") -> Way:
     length = float(np.hypot(*np.diff(np.array(points), axis=0).T).sum())
     return Way(lane, f"exit of {lane}", length, 13.89, points)
@@ -124,9 +121,6 @@ def test_movement_conflicts_are_whole_ways_of_conflicting_movements() -> None:
     assert np.isnan(found.start[north, south])
 
 
-# --- prediction --------------------------------------------------------------------------------
-
-
 def driven(distance: float, speed: float, fastest: float, acceleration: float = 2.0) -> float:
     """Time for a distance, step by tiny step."""
     time, step = 0.0, 1e-3
@@ -177,8 +171,6 @@ def test_a_stretch_that_lies_behind_is_passed_and_who_creeps_may_leave_later() -
     later = np.nanmin(creeping.leave - fast.leave)
     assert 4.0 <= later < 4.5
 
-
-# --- reservations ------------------------------------------------------------------------------
 
 passages = st.lists(
     st.builds(
@@ -294,9 +286,6 @@ def test_everybody_whose_way_meets_makes_way() -> None:
     assert [of.free(i) for i in range(3)] == [True, False, True]
 
 
-# --- queues ------------------------------------------------------------------------------------
-
-
 def test_platoons_begin_with_rvs_that_can_stop_and_whoever_cannot_is_committed() -> None:
     lane = "northbound_1"
     who = [
@@ -329,9 +318,6 @@ def test_who_can_stop_stops_before_the_line_by_braking_hard(distance: float, spe
         left -= speed
     assert left > 0 or not can
     assert can or left < MARGIN + CAR.deceleration  # no more is lost than whole steps cost
-
-
-# --- ranking -----------------------------------------------------------------------------------
 
 
 def queue(lane: str, movement: str, *, count: int = 1, waiting: float = 0.0) -> Queue:
@@ -395,9 +381,6 @@ def test_a_lane_whose_first_rv_was_refused_for_long_comes_first() -> None:
     assert not of.overdue(NORTH, 100.0)
 
 
-# --- lane changes ------------------------------------------------------------------------------
-
-
 def changes(*who: Vehicle, nearest: float = 20.0, gap: float = 8.0) -> dict[str, int]:
     lanes: dict[str, list[Vehicle]] = {}
     for one in sorted(who, key=lambda one: one.distance):
@@ -441,9 +424,6 @@ def test_nor_close_to_the_entrance_nor_from_where_its_movement_is_not_served() -
 def test_only_one_rv_goes_to_each_lane() -> None:
     third = vehicle("third", lane="northbound_1", distance=60.0)
     assert changes(FIRST, SECOND, third) == {"second": 1}
-
-
-# --- the rule as a whole -----------------------------------------------------------------------
 
 
 def ready(**options: Any) -> TimeWindows:
@@ -594,9 +574,6 @@ def test_every_variant_runs_without_a_collision(reference: str) -> None:
     assert record.status == "ok"
     assert record.trips is not None
     assert record.trips.collisions_with_robot == 0
-
-
-# --- the drawing -------------------------------------------------------------------------------
 
 
 def test_the_windows_of_a_conflict_are_drawn_from_an_episode(tmp_path: Path) -> None:

@@ -58,9 +58,6 @@ def megabytes(size: float) -> float:
     return size / 2**20
 
 
-# --- an episode ---------------------------------------------------------------------------------
-
-
 def every() -> list[Episode]:
     """One episode of each scenario and controller."""
     scenarios = [catalogue.find_scenarios([name])[0] for name in PAPER]
@@ -100,9 +97,6 @@ def _most_memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-# --- the store ----------------------------------------------------------------------------------
-
-
 def appended_a_second(records: list[Record]) -> float:
     """Records that one process puts on the disk here, each before the next."""
     with tempfile.TemporaryDirectory(dir=".") as folder:
@@ -112,9 +106,6 @@ def appended_a_second(records: list[Record]) -> float:
         for one in records:
             store.append(one)
         return len(records) / (time.perf_counter() - began)
-
-
-# --- a task -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -184,9 +175,6 @@ def _ended(process: subprocess.Popen[bytes]) -> Iterator[None]:
         process.wait()
 
 
-# --- real episodes ------------------------------------------------------------------------------
-
-
 def overhead(executor: Executor, count: int) -> float:
     """Wall time that one worker spends on an episode beside running it [s]."""
     scenario = catalogue.find_scenarios(["smoke/crossing"])[0]
@@ -215,9 +203,6 @@ def held_each(count: int = 200_000) -> float:
     base = Episode(catalogue.find_scenario("334"), CONTROLLERS[0], 0.5, 1)
     kept = [(replace(base, seed=seed), Outcome("ok")) for seed in range(count)]
     return (psutil.Process().memory_info().rss - before) / len(kept)
-
-
-# --- what is told -------------------------------------------------------------------------------
 
 
 def report(tasks: int) -> Iterator[str]:

@@ -65,9 +65,6 @@ def test_a_controller_describes_itself_and_is_made_without_arguments(name: str) 
     assert plugins.provenance(name) != "unknown"
 
 
-# --- what a controller receives ----------------------------------------------------------------
-
-
 @every_pair
 def test_nothing_that_a_controller_receives_can_be_changed(scenario: str, name: str) -> None:
     states = seen(scenario, name)

@@ -61,9 +61,6 @@ def figures(record: Record) -> tuple[object, object]:
     return record.junctions, record.trips
 
 
-# --- it fails, and the record says why ----------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("deed", "reason"),
     [
@@ -182,9 +179,6 @@ def test_who_fails_on_import_is_refused_before_anything_runs(name: str, reason: 
     assert reason in str(record.reason)
 
 
-# --- it is futile -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("deed", ["shout", "patch", "mutate"])
 def test_some_deeds_change_nothing(deed: str) -> None:
     assert figures(attack(deed)) == figures(attack("nothing", isolate=False))
@@ -214,9 +208,6 @@ def test_what_is_no_command_is_refused() -> None:
     assert junction.refused_commands == other.refused_commands > 0
     assert any("str refused: it is not a command" in reason for reason in junction.refusals)
     assert junction.refusals == other.refusals
-
-
-# --- all else goes on ---------------------------------------------------------------------------
 
 
 def test_a_suite_with_villains_completes_and_leaves_nothing(

@@ -61,9 +61,6 @@ def both(scenario: Scenario, controller: str, rate: float | None = 0.5) -> tuple
     return here.model_copy(update=still), apart.model_copy(update=still)
 
 
-# --- the same records ---------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("scenario", "controller"),
     [
@@ -92,9 +89,6 @@ def test_a_controller_that_needs_the_network_says_that_it_is_out_of_reach() -> N
     assert apart.status == "failed"
     assert "benchmark.sumo is out of reach for an isolated controller" in str(apart.reason)
     assert (apart.rules, apart.controller_from) == ("signals", plugins.provenance("traffic-light"))
-
-
-# --- the channel --------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -185,9 +179,6 @@ def test_a_deadline_holds_for_those_who_do_not_read(ends: tuple[Channel, Channel
     assert time.perf_counter() - began < PATIENCE
 
 
-# --- what can be imported ------------------------------------------------------------------------
-
-
 def test_of_benchmark_only_what_the_contract_needs_can_be_imported() -> None:
     modules = {module.name for module in pkgutil.walk_packages(benchmark.__path__, "benchmark.")}
     reachable = {module for module in modules if imports.is_open(module)}
@@ -199,9 +190,6 @@ def test_of_benchmark_only_what_the_contract_needs_can_be_imported() -> None:
     for name in (modules - reachable) | {"libsumo", "traci", "traci.constants", "sumolib.net"}:
         with pytest.raises(ImportError, match=f"{name} is out of reach for an isolated"):
             gate.find_spec(name, None)
-
-
-# --- the process --------------------------------------------------------------------------------
 
 
 def test_it_is_ended_with_all_that_it_has_started(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,9 +41,6 @@ EVERY = [
 ]
 
 
-# --- validity --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_a_file_follows_githubs_schema(path: Path) -> None:
     schema = "vendor.github-actions" if path == ACTION else "vendor.github-workflows"
@@ -89,9 +86,6 @@ def test_the_commands_of_a_step_exist(step: dict[str, Any]) -> None:
         command.callback.__name__ for command in app.registered_commands if command.callback
     }
     assert {*re.findall(r"rightofway (\w+)", script)} <= commands
-
-
-# --- the action's scripts, run ---------------------------------------------------------------
 
 
 def script(name: str) -> str:

@@ -34,9 +34,6 @@ def keys(found: Iterable[Row]) -> list[tuple[str, float | None, str]]:
     return [(row.scenario, row.rate, row.controller) for row in found]
 
 
-# --- figures ---------------------------------------------------------------------------------
-
-
 def test_every_figure_is_the_mean_of_its_field() -> None:
     nested = {"mean": "waiting_time_per_vehicle", "p95": "waiting_time_p95"}
     nested["maximum"] = "waiting_time_maximum"
@@ -73,9 +70,6 @@ def test_a_figure_has_the_interval_of_its_values() -> None:
 
 def test_no_records_make_no_rows() -> None:
     assert leaderboard.rows_of_records([]) == []
-
-
-# --- rows ------------------------------------------------------------------------------------
 
 
 def test_the_newest_record_of_an_episode_counts() -> None:
@@ -183,9 +177,6 @@ def test_two_scenarios_of_one_name_do_not_mix() -> None:
     assert (second.headline.mean, second.headline.count) == (20.0, 2)
 
 
-# --- several junctions -----------------------------------------------------------------------
-
-
 def of_file(content: str, seed: int, waiting: float) -> Record:
     facts = {"controller": "mine.py:Mine", "controller_from": f"mine.py sha256:{content * 64}"}
     return record(seed=seed, waiting=waiting, **facts)
@@ -253,9 +244,6 @@ def test_a_controller_that_always_fails_stands_at_each_junction() -> None:
         *(("test/a network", 0.5, "broken"), ("test/a network", 0.5, "c")),
     ]
     assert [row.other for row in found[:4]] == [{}, {"failed": 1}] * 2
-
-
-# --- status ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -339,9 +327,6 @@ def test_training_meets_scenarios_however_they_were_named(
     assert [one.meets(scenario, seed) for seed in (0, 1, 2, 3)] == [False, meets, meets, False]
 
 
-# --- differences -----------------------------------------------------------------------------
-
-
 def test_a_difference_is_paired_over_the_seeds_that_both_have() -> None:
     signal, own = {1: 20.0, 2: 50.0, 3: 30.0, 4: 99.0}, {3: 24.0, 2: 45.0, 1: 19.0, 7: 1.0}
     found = leaderboard.rows_of_records(
@@ -413,8 +398,6 @@ def test_rows_agree_with_counting_seed_by_seed(
         if row.difference:
             assert row.difference.mean == pytest.approx(sum(pairs) / len(pairs), abs=1e-9)
 
-
-# --- marks -----------------------------------------------------------------------------------
 
 SUSPECT: dict[str, dict[str, Any]] = {  # the signal has 30 s, 1 s, 1000 veh/h and none
     "creeps": {"time_loss": 33.1},

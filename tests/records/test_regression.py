@@ -25,9 +25,6 @@ def verdict(old: Sequence[float], new: Sequence[float], column: Measure = WAITIN
     return judge(old, new, LIMIT, column).verdict
 
 
-# --- the rule --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("factor", "expected"),
     [
@@ -91,8 +88,6 @@ def test_the_figures_of_a_row_are_those_of_its_seeds() -> None:
     assert row.difference.excludes_zero
     assert only(compared(runs([0.0]), runs([9.0]))).ratio is None
 
-
-# --- properties ------------------------------------------------------------------------------
 
 WAIT = st.floats(0, 1e4)
 PAIRS = st.lists(st.tuples(WAIT, WAIT), min_size=1, max_size=12)
@@ -176,9 +171,6 @@ def test_the_order_of_records_does_not_matter(old: Any, new: Any, seed: int) -> 
     assert compare(before, after, LIMIT, MEASURES) == found
 
 
-# --- episodes that are not ok ----------------------------------------------------------------
-
-
 @pytest.mark.parametrize("status", ["failed", "crashed", "timed out", "skipped"])
 def test_an_episode_that_was_ok_and_is_not_is_a_new_failure(status: str) -> None:
     new = [*runs(BASE)[:-1], unlucky(seed=8, status=status, reason="no idea")]
@@ -220,9 +212,6 @@ def test_what_never_worked_is_unchanged_and_nothing_to_compare() -> None:
     assert compared([*old, *runs(BASE, scenario_hash="b" * 64)], new).exit_code == 2
     both = compared([*old, *runs(BASE, rate=1.0)], [*new, *runs(BASE, rate=1.0)])
     assert both.exit_code == 0
-
-
-# --- which records meet ----------------------------------------------------------------------
 
 
 def test_rows_are_paired_by_controller_rate_and_seed_and_the_urgent_come_first() -> None:

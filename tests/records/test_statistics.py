@@ -149,9 +149,6 @@ def test_many_samples_take_little_memory() -> None:
     assert peak < 50e6
 
 
-# --- reductions --------------------------------------------------------------------------------
-
-
 def reduction(ours: Sequence[float], baseline: Sequence[float]) -> Estimate:
     (found,) = reductions([(ours, baseline)])
     assert found is not None

@@ -29,9 +29,6 @@ def record(seed: int = 1, **facts: Any) -> Record:
     )
 
 
-# --- in and out ------------------------------------------------------------------------------
-
-
 @settings(max_examples=50)
 @given(records=st.lists(anything(Record), min_size=1, max_size=3))
 def test_records_come_back_as_they_were_bit_for_bit(records: list[Record]) -> None:
@@ -91,9 +88,6 @@ def test_episodes_differ_by_scenario_hash_controller_rate_and_seed() -> None:
     assert record(status="ok", wall_time=9.0).episode == record().episode
 
 
-# --- files -----------------------------------------------------------------------------------
-
-
 def test_each_scenario_has_its_own_file_and_appending_only_adds(tmp_path: Path) -> None:
     store = Store(tmp_path)
     store.prepare()
@@ -132,9 +126,6 @@ def test_preparing_leaves_an_empty_folder_and_may_be_repeated(tmp_path: Path) ->
     for _ in range(2):
         store.prepare()
     assert list(store.records_folder.iterdir()) == []
-
-
-# --- torn lines ------------------------------------------------------------------------------
 
 
 def test_a_line_torn_at_any_byte_is_set_aside_and_the_others_stay(tmp_path: Path) -> None:
@@ -188,9 +179,6 @@ def test_torn_lines_gather(tmp_path: Path) -> None:
         Store(tmp_path).prepare()
     assert path.with_name("test-a.jsonl.torn").read_bytes() == b'{"sch\n{\n'
     assert len(Store(tmp_path).read()) == 1
-
-
-# --- errors ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -295,9 +283,6 @@ def test_a_last_line_that_cannot_be_mended_is_an_error_and_stays(
     ):
         Store(tmp_path).prepare()
     assert path.read_bytes() == before
-
-
-# --- the record ------------------------------------------------------------------------------
 
 
 def test_a_record_is_read_only_and_refuses_unknown_keys() -> None:

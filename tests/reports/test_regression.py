@@ -72,9 +72,6 @@ def test_a_row_shows_means_ratio_interval_and_seeds() -> None:
     ]
 
 
-# --- Markdown --------------------------------------------------------------------------------
-
-
 def test_markdown_shows_what_changed_and_folds_the_rest(every: RegressionCheck) -> None:
     text = markdown.regression_markdown(every, MADE.words())
     head, _, rest = text.partition("<details>")
@@ -109,9 +106,6 @@ def test_markdown_of_very_many_rows_stays_small_and_says_so() -> None:
     assert len(text.encode()) < 200_000
 
 
-# --- JUnit -----------------------------------------------------------------------------------
-
-
 def test_junit_has_a_case_per_row_with_its_outcome(every: RegressionCheck) -> None:
     top = Xml.fromstring(junit.junit_xml(every).encode())
     counts = {"tests": "8", "failures": "1", "errors": "1", "skipped": "2"}
@@ -142,9 +136,6 @@ def test_junit_names_figures_and_reasons(every: RegressionCheck) -> None:
     assert skipped.get("message") == "no scenario of that name"
 
 
-# --- JSON ------------------------------------------------------------------------------------
-
-
 def test_json_holds_everything_and_is_read_again_by_its_model(every: RegressionCheck) -> None:
     text = document.regression_json(every, MADE)
     report = document.Report.model_validate_json(text)
@@ -164,9 +155,6 @@ def test_json_holds_everything_and_is_read_again_by_its_model(every: RegressionC
 def test_json_of_nothing_is_a_report_too() -> None:
     report = document.Report.model_validate_json(document.regression_json(compared([], []), None))
     assert (report.exit_code, report.rows, report.reference) == (2, (), None)
-
-
-# --- terminal --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("width", [80, 160])

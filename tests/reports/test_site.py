@@ -71,9 +71,6 @@ def drawn(page: Page) -> int:
     return page.locator(".canvas .mark-line path").count()
 
 
-# --- every page --------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", KINDS)
 def test_every_page_is_accessible_in_both_themes_and_on_a_phone(
     visit: Visit, site: Path, name: str
@@ -115,9 +112,6 @@ def test_the_theme_follows_the_system_until_the_reader_chooses(visit: Visit, sit
     light.get_by_role("link", name="Methods").first.click()
     light.wait_for_url("**/methods.html")
     assert ground(light) == ground(dark)
-
-
-# --- the leaderboard ---------------------------------------------------------------------------
 
 
 def test_the_leaderboard_opens_with_one_scenario_and_rate_least_waiting_first(
@@ -204,9 +198,6 @@ def test_the_keyboard_alone_reaches_and_works_everything(visit: Visit, site: Pat
     page.locator("table.board tbody tr:visible th a").nth(1).focus()
     page.keyboard.press("Enter")
     assert page.locator("h1").inner_text() == "virtual-signal"
-
-
-# --- scenarios, controllers, pairs, methods ----------------------------------------------------
 
 
 def test_a_scenario_opens_from_the_leaderboard_with_all_that_is_known(

@@ -96,9 +96,6 @@ ROWS = st.lists(
 some = settings(max_examples=50)
 
 
-# --- golden files ----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("form", FORMS)
 def test_a_table_is_as_its_golden_file(form: tables.Format) -> None:
     golden = GOLDEN / f"leaderboard.{form}"
@@ -112,9 +109,6 @@ def test_a_leaderboard_without_rows_is_a_table_all_the_same(form: tables.Format)
     assert json.loads(tables.leaderboard_json([])) == []
     assert tables.terminal_tables([], 80) == []
     assert "at 50 %" in tables.table_at_rate([], 0.5)
-
-
-# --- cells -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -174,9 +168,6 @@ def test_an_arrow_says_significant_and_a_star_flagged(
 ) -> None:
     text = tables.table_at_rate([row(waiting=SIX, difference=difference, status=status)], 0.5)
     assert text.splitlines()[-1] == f"| c         | {sign}20.0 [19.0, 21.0]{star} |"
-
-
-# --- Markdown --------------------------------------------------------------------------------
 
 
 def parsed(text: str) -> tuple[list[str], list[list[list[str]]]]:
@@ -318,9 +309,6 @@ def test_two_scenarios_of_one_name_have_their_own_tables() -> None:
     assert (first[1], second[1]) == (["c", "10.0"], ["c", "30.0"])
     (table,) = parsed(tables.table_at_rate(rows, 0.5))[1]
     assert table == [["at 50 %", *headings[1:3]], ["c", "10.0", "30.0"]]
-
-
-# --- other forms -----------------------------------------------------------------------------
 
 
 @some

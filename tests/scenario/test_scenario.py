@@ -47,9 +47,6 @@ def refusal_of_file(path: Path) -> str:
     return str(caught.value)
 
 
-# --- what loads ------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_scenario_loads_by_its_name_and_fits_the_schema(name: str) -> None:
     assert shipped(name).name == name
@@ -95,9 +92,6 @@ def test_a_byte_order_mark_does_not_matter(tmp_path: Path) -> None:
     path = tmp_path / "bom.toml"
     path.write_text(tomli_w.dumps(edited()), encoding="utf-8-sig")
     assert load(path).hash == parsed().hash
-
-
-# --- what is refused -------------------------------------------------------------------------
 
 
 MISTAKES: list[tuple[dict[str, Any], str, list[str]]] = [
@@ -290,9 +284,6 @@ def test_whatever_stands_in_a_file_it_loads_or_is_refused(place: str, value: Any
     assert outcome.startswith("a.toml: ")
 
 
-# --- lanes -----------------------------------------------------------------------------------
-
-
 @st.composite
 def lanes_in_order(draw: st.DrawFn) -> list[str]:
     """Tokens from kerb to centre, where neighbours share at most their common border."""
@@ -324,9 +315,6 @@ def test_lanes_from_the_centre_to_the_kerb_are_refused(tokens: list[str]) -> Non
     backwards = " ".join(reversed(tokens))
     if len(set(tokens)) > 1:
         assert "from kerb to centre" in refusal(edited({f"{NORTH}.lanes": backwards}))
-
-
-# --- hash ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

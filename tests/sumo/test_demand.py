@@ -40,9 +40,6 @@ def close(count: int, expected: float, draws: float | None = None) -> bool:
     return abs(count - expected) <= 4 * sqrt(variance)
 
 
-# --- the same for everybody ------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["smoke/asymmetric", "smoke/tee"])
 def test_the_same_seed_gives_the_same_bytes_in_a_fresh_cache(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -81,9 +78,6 @@ def test_the_order_of_classes_in_the_file_does_not_change_the_routes() -> None:
     )
 
 
-# --- who is an RV ----------------------------------------------------------------------------
-
-
 @given(seed=SEEDS, vehicle=st.text(max_size=20), rates=st.tuples(RATES, RATES))
 def test_a_higher_rate_only_adds_rvs(seed: int, vehicle: str, rates: tuple[float, float]) -> None:
     low, high = sorted(rates)
@@ -111,9 +105,6 @@ def test_draws_are_uniform_and_differ_by_purpose_seed_and_vehicle() -> None:
     for other in ([unit_draw("class", 1, v) for v in IDS], [unit_draw("robot", 2, v) for v in IDS]):
         both_low = sum(a < 0.5 and b < 0.5 for a, b in zip(draws, other, strict=True))
         assert close(both_low, 1000, 4000)  # independent
-
-
-# --- as many as the counts say ---------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [*SMOKE, PAPER[0]])
@@ -186,9 +177,6 @@ def test_vehicles_of_the_last_seconds_of_a_period_turn_by_its_counts() -> None:
         for traveller in demand.build(scenario, found, seed).travellers.values()
     )
     assert turns["C"] > 0.98 * turns.total()
-
-
-# --- classes and drivers ---------------------------------------------------------------------
 
 
 def test_classes_come_in_their_shares() -> None:

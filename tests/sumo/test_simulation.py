@@ -47,9 +47,6 @@ def _closed() -> Iterator[None]:
     assert Simulation._open is None
 
 
-# --- opening and closing -----------------------------------------------------------------------
-
-
 def test_a_second_simulation_at_once_is_refused_and_the_first_goes_on(start: Start) -> None:
     first, second = start(("a", "N-C", 0)), start()
     with first:
@@ -102,9 +99,6 @@ def test_time_goes_by_steps(start: Start) -> None:
         assert [simulation.step() for _ in range(3)] == [0.5, 1.0, 1.5]
 
 
-# --- reading -----------------------------------------------------------------------------------
-
-
 def test_a_vehicle_is_followed_through_the_zone_and_the_intersection(start: Start) -> None:
     with start(("a", "N-L", 0)) as simulation:
         zone, inside = [], []
@@ -146,9 +140,6 @@ def test_a_body_is_what_the_class_says(start: Start) -> None:
     with start(("a", "N-C", 0)) as simulation:
         simulation.step()
         assert simulation.body("a") == Body("car", 5.0, 2.6, 4.5, maximum_speed=10.0)
-
-
-# --- steering ----------------------------------------------------------------------------------
 
 
 def test_a_vehicle_keeps_the_speed_it_was_asked_for_until_it_is_released(start: Start) -> None:
@@ -219,9 +210,6 @@ def test_a_lane_change_takes_a_step_where_there_is_room(start: Start) -> None:
         simulation.step()
         ((_, after, _, _),) = simulation.in_zone(junction())
     assert after == f"northbound_{other}"
-
-
-# --- what SUMO reports -------------------------------------------------------------------------
 
 
 def test_colliding_pairs_are_sorted_and_repeat_while_nobody_is_moved_away(start: Start) -> None:

@@ -46,9 +46,6 @@ def mean(values: Sequence[float]) -> float:
     return sum(values) / len(values)
 
 
-# --- waiting ---------------------------------------------------------------------------------
-
-
 def test_average_waiting_is_a_mean_of_means_over_steps_with_a_vehicle() -> None:
     rows = [(2, 0, 1.0), (2, 1, 3.0), (5, 0, 8.0)]  # (1 + 3) / 2 = 2 and 8; steps 3 and 4 empty
     assert average(rows) == 5.0
@@ -116,8 +113,6 @@ def test_waiting_is_grouped_by_name() -> None:
     assert (found["b"].mean, found["b"].vehicles, found["a"].maximum) == (2.0, 2, 5.0)
 
 
-# --- who was there ---------------------------------------------------------------------------
-
 STEPS = 7
 STAYS = st.lists(
     st.tuples(st.integers(0, STEPS - 1), st.integers(0, STEPS - 1)).map(sorted), max_size=6
@@ -168,8 +163,6 @@ def test_throughput_is_departures_from_the_zone_per_hour_of_the_window(
     hours = (STEPS - start) * step / 3600
     assert metrics.throughput(last, start, STEPS, step) == pytest.approx(passed / hours)
 
-
-# --- lanes -----------------------------------------------------------------------------------
 
 LANES = ("stop 0", "stop 1", "bay 0", "bay 1", "up 0", "up 1")
 LANE_ROW = integers([0, 0, 1, 1, 2, 2])
@@ -252,9 +245,6 @@ def test_unregulated_lanes_agree_with_looking_at_each_lane(places: list[dict[int
         assert ratio == pytest.approx(mean([lane not in led for lane in (1, 2, 3)]))
 
 
-# --- the window, counts and curves -----------------------------------------------------------
-
-
 @given(warm_up=st.floats(0, 12), step=st.sampled_from([0.1, 0.5, 1.0]))
 def test_the_window_holds_the_steps_after_the_warm_up(warm_up: float, step: float) -> None:
     times = [round(step * number, 3) for number in range(1, 21)]
@@ -276,9 +266,6 @@ def test_collisions_are_unique_pairs_and_those_with_an_rv_apart() -> None:
     assert metrics.collisions(pairs, {"a", "c"}) == (3, 3)
     assert metrics.collisions(pairs, {"d"}) == (3, 1)
     assert metrics.collisions([], {"a"}) == (0, 0)
-
-
-# --- trips -----------------------------------------------------------------------------------
 
 
 def trip(

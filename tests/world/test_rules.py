@@ -30,8 +30,6 @@ def decide(who: list[Any], commands: Mapping[str, Command], of: Rules | None = N
     return (of or rules()).decide(state(*who, where=SIGNALISED), commands)
 
 
-# --- limits ----------------------------------------------------------------------------------
-
 UPSTREAM = {"lane": "northbound.upstream_0", "distance": 80.0}
 
 
@@ -172,9 +170,6 @@ def test_whatever_a_controller_answers_every_command_stands_or_is_counted(
     assert all(math.isfinite(speed) for speed in orders.speeds.values())
 
 
-# --- arbitration -----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("cell", range(10))
 @pytest.mark.parametrize(("longest", "cells"), [("N-C", 3), ("S-L", 8), (None, 8)])
 def test_a_go_waits_for_conflicting_vehicles_in_its_cells(
@@ -279,8 +274,6 @@ def test_an_rv_without_a_legal_command_drives_itself_again() -> None:
     assert decide([], {}, of).released == {"other"}
     assert decide([], {}, of).released == set()
 
-
-# --- stopping at the line --------------------------------------------------------------------
 
 STEPS = st.sampled_from([0.1, 0.25, 0.5, 1.0])
 

@@ -101,9 +101,6 @@ def stream(movement: str, size: int, start: float = 0.0) -> list[tuple[str, str,
     return [(f"{movement}.{number:02}", movement, start + 3 * number) for number in range(size)]
 
 
-# --- nobody in the way -------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("movement", ["N-C", "E-L", "S-R"])
 def test_a_lone_vehicle_under_dark_lights_waits_for_nothing(play: Play, movement: str) -> None:
     record, _ = play("unsignalised", [("lone", movement, 1.0)])
@@ -146,9 +143,6 @@ def test_conflicting_movements_hold_each_other_back_until_the_intersection_is_cl
     assert (record.trips.arrived, record.trips.collisions) == (12, 0)
     own, _ = play(go, trips, arbitration="own")
     assert figures(own).go_held_back == 0
-
-
-# --- Stop, Go and Drive ------------------------------------------------------------------------
 
 
 def test_a_stopped_rv_halts_before_the_entrance_and_holds_its_lane(play: Play) -> None:
@@ -204,9 +198,6 @@ def test_creeping_hides_from_waiting_but_not_from_time_loss(play: Play) -> None:
     assert record.trips.time_loss > 70
 
 
-# --- signals -----------------------------------------------------------------------------------
-
-
 def test_red_holds_a_vehicle_and_its_waiting_is_the_rest_of_the_red(play: Play) -> None:
     # greens: lefts N S 0-10, crosses N S 15-35, lefts E W 40-50, crosses E W 55-75 s
     trips = [("E-C", "E-C", 0.0), ("N-L", "N-L", 6.0)]
@@ -256,9 +247,6 @@ def test_without_rules_a_busy_crossing_jams_where_the_signal_lets_it_flow(play: 
     assert figures(nobody).throughput < 0.5 * figures(signal).throughput
     assert figures(nobody).average_waiting_time > 2 * figures(signal).average_waiting_time
     assert nobody.trips.never_inserted > signal.trips.never_inserted
-
-
-# --- who counts --------------------------------------------------------------------------------
 
 
 def test_more_rvs_are_a_superset_of_fewer_and_idle_ones_change_nothing(play: Play) -> None:

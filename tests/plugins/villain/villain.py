@@ -44,9 +44,6 @@ class Villain(Controller):
         return commands if answer is None else answer
 
 
-# --- time, memory, death -----------------------------------------------------------------------
-
-
 def loop(state: object = None) -> None:
     while True:
         pass
@@ -85,9 +82,6 @@ def shout(state: object) -> None:
         stream.write("all mine " * 100_000)
     for number in (1, 2):
         os.write(number, b"all mine " * 100_000)
-
-
-# --- answers -----------------------------------------------------------------------------------
 
 
 class Huge(Mapping[str, Command]):
@@ -129,9 +123,6 @@ def nonsense(state: TrafficState) -> dict[Any, Any]:
     return {target: "go", 7: Go(), None: None, "phase": Phase(3), "x": Phase("all green")}  # type: ignore[arg-type]
 
 
-# --- the channel -------------------------------------------------------------------------------
-
-
 def line() -> socket.socket:
     """The socket to the runner."""
     return next(one for one in gc.get_objects() if type(one) is socket.socket)
@@ -155,9 +146,6 @@ def trickle(state: object) -> None:
 def hang_up(state: object) -> None:
     line().shutdown(socket.SHUT_RDWR)
     loop()
-
-
-# --- out of the box ----------------------------------------------------------------------------
 
 
 def patch_benchmark(state: object) -> None:
