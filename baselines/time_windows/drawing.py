@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from baselines.time_windows.stretches import Conflicts
 from baselines.time_windows.watched import WatchedTimeWindows, watched
 from benchmark.pictures import geometry
 from benchmark.plumbing.errors import UsageError
@@ -48,18 +47,20 @@ def draw(scenario: Scenario, rate: float, seed: int, target: Path) -> None:
     way, other, begin = busiest(traffic)
     figure = Figure(figsize=(12.0, 3.6), dpi=130, layout="constrained")
     plan, time = figure.subplots(1, 2, width_ratios=(1, 3.2))
-    _plan(plan, scenario, traffic.conflicts, (way, other))
+    _plan(plan, scenario, traffic, (way, other))
     _time(time, traffic, (way, other), begin)
     time.set_title(f"{scenario.name}, {100 * rate:g} % RVs, seed {seed}", fontsize=9)
     figure.savefig(target)
 
 
-def _plan(axes: "Axes", scenario: Scenario, conflicts: Conflicts, pair: tuple[int, int]) -> None:
+def _plan(
+    axes: "Axes", scenario: Scenario, traffic: WatchedTimeWindows, pair: tuple[int, int]
+) -> None:
     """The intersection with two ways and the stretches on which they meet."""
     from benchmark.pictures.axes import ASPHALT, Scene, draw_asphalt, draw_stop_lines
 
-    roads = network.build(scenario)
-    (junction,) = roads.junctions.values()
+    roads, conflicts = network.build(scenario), traffic.conflicts
+    junction = roads.junctions[traffic.junction]
     scene = Scene(scenario, junction, ground.surroundings(roads))
     draw_asphalt(axes, scene, ASPHALT)
     draw_stop_lines(axes, scene)

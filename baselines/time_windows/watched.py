@@ -12,6 +12,7 @@ from baselines.time_windows.reservations import Ledger, members
 from baselines.time_windows.stretches import Conflicts
 from benchmark.control.controller import Command
 from benchmark.control.state import STATIONARY, Crossing, TrafficState, Vehicle
+from benchmark.plumbing.errors import UsageError
 from benchmark.scenario.scenario import Scenario
 from benchmark.world.world import World
 
@@ -57,6 +58,11 @@ class WatchedTimeWindows(TimeWindows):
         self.in_the_way: Counter[str] = Counter()  # refusals with such a vehicle in the way
         self._predicted: dict[str, dict[int, Span]] = {}
         self._who: list[Vehicle | Crossing] = []  # by index of their passage
+
+    @property
+    def junction(self) -> str:
+        """The id of the intersection."""
+        return self._intersection.id
 
     @property
     def conflicts(self) -> Conflicts:
@@ -120,8 +126,14 @@ class WatchedTimeWindows(TimeWindows):
 
 
 def watched(scenario: Scenario, rate: float, seed: int) -> WatchedTimeWindows:
-    """Run an episode at an intersection under time windows and note what happens."""
+    """Run an episode at an intersection under time windows and note what happens.
+
+    Raises:
+        UsageError: the scenario has several junctions.
+    """
     world = World(scenario, rate, seed, controller="time-windows", arbitration="own")
+    if len(world.sites) > 1:
+        raise UsageError(f"{scenario.name}: has {len(world.sites)} junctions; give one with one")
     ((name, site),) = world.sites.items()
     controller = WatchedTimeWindows()
     controller.reset(site.junction.intersection, seed)
