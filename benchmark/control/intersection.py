@@ -92,22 +92,22 @@ class Intersection:
             if any(self.movements[movement].regulated for movement in lane.movements)
         )
 
-    def conflict(self, one: str, other: str) -> bool:
+    def conflict(self, movement: str, other: str) -> bool:
         """Whether two regulated movements may not use the intersection together."""
-        return other in self.movements[one].conflicts
+        return other in self.movements[movement].conflicts
 
     @cached_property
     def conflict_free_sets(self) -> tuple[frozenset[str], ...]:
         """The largest sets of regulated movements that may go together (the paper's set C)."""
-        found: list[frozenset[str]] = []
+        sets: list[frozenset[str]] = []
 
         def grow(chosen: frozenset[str], candidates: tuple[str, ...]) -> None:
-            if not candidates and not any(chosen < other for other in found):
-                found.append(chosen)
+            if not candidates and not any(chosen < other for other in sets):
+                sets.append(chosen)
             for index, movement in enumerate(candidates):
                 rest = candidates[index + 1 :]
                 free = tuple(other for other in rest if not self.conflict(movement, other))
                 grow(chosen | {movement}, free)
 
         grow(frozenset(), self.regulated_movements)
-        return tuple(one for one in found if not any(one < other for other in found))
+        return tuple(free for free in sets if not any(free < other for other in sets))

@@ -111,7 +111,7 @@ def _words(error: BaseException, file: Path | None) -> str:
         for frame in traceback.extract_tb(error.__traceback__)
         if frame.filename != __file__ and "importlib" not in frame.filename
     ]
-    own = [one for one in places if one[0] == file] or places
+    own = [place for place in places if place[0] == file] or places
     place = f" ({own[-1][0].name}:{own[-1][1]})" if own else ""
     return f"{type(error).__name__}: {error}{place}"
 
@@ -130,19 +130,19 @@ def _hint(error: BaseException, file: Path | None) -> str:
 
 
 def _attribute(module: ModuleType, attribute: str, title: str) -> object:
-    found: object = module
+    target: object = module
     for part in attribute.split("."):
-        found = getattr(found, part, None)
-    if found is None:
+        target = getattr(target, part, None)
+    if target is None:
         classes = [
             name
-            for name, one in vars(module).items()
-            if isinstance(one, type) and issubclass(one, Controller) and one is not Controller
+            for name, value in vars(module).items()
+            if isinstance(value, type) and issubclass(value, Controller) and value is not Controller
         ]
         raise ControllerError(
             f"{title}: {module.__file__} has no {attribute}{nearest(attribute, classes)}"
         )
-    return found
+    return target
 
 
 def origin_of_file(path: Path) -> str:

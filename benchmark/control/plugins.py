@@ -80,35 +80,32 @@ def load(name: str) -> type[Controller]:
     """
     parts = naming.parse(name)
     if parts.is_file:
-        found = loading.from_file(Path(parts.place), parts.attribute)
+        kind = loading.from_file(Path(parts.place), parts.attribute)
     elif parts.attribute:
-        found = loading.from_module(parts.place, parts.attribute)
+        kind = loading.from_module(parts.place, parts.attribute)
     elif (entry := discovered().get(name)) is not None:
-        found = loading.from_entry_point(entry)
-        return _checked(found, f'controller "{name}" ({entry.value})')
+        kind = loading.from_entry_point(entry)
+        return _checked(kind, f'controller "{name}" ({entry.value})')
     else:
         raise ControllerError(f'unknown controller "{name}"{nearest(name, discovered())}')
-    return _checked(found, f'controller "{parts.label}"')
+    return _checked(kind, f'controller "{parts.label}"')
 
 
-def _checked(found: object, title: str) -> type[Controller]:
+def _checked(kind: object, title: str) -> type[Controller]:
     """A class that keeps to the contract as far as can be seen without running it."""
-    if not (isinstance(found, type) and issubclass(found, Controller)):
+    if not (isinstance(kind, type) and issubclass(kind, Controller)):
         raise ControllerError(f"{title} is not a benchmark.control.controller.Controller")
-    if missing := sorted(getattr(found, "__abstractmethods__", ())):
+    if missing := sorted(getattr(kind, "__abstractmethods__", ())):
         raise ControllerError(f"{title} lacks {' and '.join(missing)}")
-    if problem := declarations.mistake(found):
+    if problem := declarations.mistake(kind):
         raise ControllerError(f"{title}: {problem}")
-    return found
-
-
-# --- options ---------------------------------------------------------------------------------
+    return kind
 
 
 def _checked_options(parts: Reference, kind: type[Controller]) -> dict[str, object]:
     """The options that a reference gives, as its constructor takes them."""
     given, title = parts.options(), f'"{parts.label}"'
-    if not given and not any(one.default is one.empty for one in _parameters(kind)):
+    if not given and all(option.default is not option.empty for option in _parameters(kind)):
         return {}
     try:
         known = _options(kind)
@@ -123,23 +120,24 @@ def _checked_options(parts: Reference, kind: type[Controller]) -> dict[str, obje
 
 def options(kind: type[Controller]) -> list[str]:
     """The names of a controller's options."""
-    return [one.name for one in _parameters(kind)]
+    return [option.name for option in _parameters(kind)]
 
 
 def _parameters(kind: type[Controller], *, eval_str: bool = False) -> list[inspect.Parameter]:
     """What a controller's constructor takes by name."""
     parameters = list(inspect.signature(kind.__init__, eval_str=eval_str).parameters.values())[1:]
-    return [one for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    by_name = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    return [parameter for parameter in parameters if parameter.kind in by_name]
 
 
 def _options(kind: type[Controller]) -> type[BaseModel]:
     """A table of what a controller's constructor takes."""
     fields: dict[str, Any] = {
-        f"option_{one.name}": (  # a prefix, as some names mean something to pydantic
-            Any if one.annotation is one.empty else one.annotation,
-            Field(... if one.default is one.empty else one.default, alias=one.name),
+        f"option_{option.name}": (  # a prefix, as some names mean something to pydantic
+            Any if option.annotation is option.empty else option.annotation,
+            Field(... if option.default is option.empty else option.default, alias=option.name),
         )
-        for one in _parameters(kind, eval_str=True)
+        for option in _parameters(kind, eval_str=True)
     }
     config = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
     return create_model("Options", __config__=config, **fields)

@@ -102,11 +102,11 @@ class TrafficState:
         """The state of every movement, right turns included."""
         sums = {name: [0, 0, 0, 0.0] for name in self.intersection.movements}
         for vehicle in self.vehicles:
-            one = sums[vehicle.movement]
-            one[0] += 1
-            one[1] += vehicle.is_robot
-            one[2] += vehicle.speed < STATIONARY
-            one[3] += vehicle.waiting
+            total = sums[vehicle.movement]
+            total[0] += 1
+            total[1] += vehicle.is_robot
+            total[2] += vehicle.speed < STATIONARY
+            total[3] += vehicle.waiting
         cells: dict[str, set[int]] = {}
         for crossing in self.inside:
             cells.setdefault(crossing.movement, set()).add(crossing.cell)

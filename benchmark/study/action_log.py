@@ -140,11 +140,8 @@ def _line(error: Exception) -> str:
 def _schema() -> Mapping[str, Any]:
     import polars
 
-    kinds = (
-        *(polars.UInt32, polars.String, polars.String, polars.String),
-        *(polars.Float64, polars.Int8, polars.String),
-    )
-    return dict(zip(Action._fields, kinds, strict=True))
+    kinds = {"step": polars.UInt32, "acceleration": polars.Float64, "lane_change": polars.Int8}
+    return {name: kinds.get(name, polars.String) for name in Action._fields}
 
 
 def frame(actions: Sequence[Action]) -> "polars.DataFrame":
@@ -183,7 +180,7 @@ def _contents(path: Path) -> tuple[dict[str, Any], "polars.DataFrame"]:
 
 def _digest(head: Mapping[str, Any], rows: "polars.DataFrame") -> str:
     """SHA-256 of all that a log says, however Parquet packs it."""
-    found = hashlib.sha256(json.dumps(head, sort_keys=True).encode())
+    total = hashlib.sha256(json.dumps(head, sort_keys=True).encode())
     for column in rows.iter_columns():
-        found.update(f"\n{column.name} {json.dumps(column.to_list())}".encode())
-    return found.hexdigest()
+        total.update(f"\n{column.name} {json.dumps(column.to_list())}".encode())
+    return total.hexdigest()

@@ -125,6 +125,7 @@ def _brief(value: object) -> str:
 def versions_differ(original: Record, again: Record) -> str | None:
     """How the versions of two records differ, as in ``sumo 1.27.0 there, 1.28.0 now``."""
     first, second = original.versions.model_dump(), again.versions.model_dump()
-    found = [f"{key} {first[key]} there, {second[key]} now" for key in first]
-    changed = [one for one, key in zip(found, first, strict=True) if first[key] != second[key]]
+    changed = [
+        f"{key} {first[key]} there, {second[key]} now" for key in first if first[key] != second[key]
+    ]
     return "; ".join(changed) or None

@@ -41,7 +41,9 @@ class Junction:
     zone: Mapping[str, ZoneLane]
     inside: Mapping[str, Inside]
     roads: Mapping[tuple[str, str], str]  # (incoming edge, outgoing edge) -> movement
-    yielding: frozenset[str] = frozenset()  # movements that a light never stops: right turns from slip lanes
+    yielding: frozenset[str] = (
+        frozenset()
+    )  # movements that a light never stops: right turns from slip lanes
 
 
 def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:

@@ -120,11 +120,8 @@ class _Leg:
             else:
                 source = self.upstream - 1
             yield _connection(self.entry, self.name, source, index)
-        served = {
-            0,
-            self.upstream - 1,
-            *(i * self.upstream // len(cross) for i in range(len(cross))),
-        }
+        served = {0, self.upstream - 1}
+        served |= {place * self.upstream // len(cross) for place in range(len(cross))}
         for source in sorted(set(range(self.upstream)) - served):  # no lane may end blindly
             yield _connection(self.entry, self.name, source, min(source, len(self.lanes) - 1))
 

@@ -169,14 +169,14 @@ class Simulation:
         ids = self._api.lane.getLastStepVehicleIDs
         position, speed = self._api.vehicle.getLanePosition, self._api.vehicle.getSpeed
         reach = junction.intersection.control_zone
-        found = []
+        readings = []
         for lane, place in junction.zone.items():
             start = place.end + place.length
             for vehicle in ids(lane):
                 distance = start - position(vehicle)
                 if distance <= reach:
-                    found.append((vehicle, lane, distance, speed(vehicle)))
-        return found
+                    readings.append((vehicle, lane, distance, speed(vehicle)))
+        return readings
 
     def inside(self, junction: Junction) -> list[Reading]:
         """The vehicles inside a junction with their position on their lane."""
@@ -191,11 +191,11 @@ class Simulation:
     def poses(self) -> list[Pose]:
         """Where every vehicle on the road is."""
         api = self._api.vehicle
-        found = []
+        poses = []
         for name in api.getIDList():
             x, y = api.getPosition(name)
-            found.append(Pose(name, x, y, api.getAngle(name), api.getSpeed(name)))
-        return found
+            poses.append(Pose(name, x, y, api.getAngle(name), api.getSpeed(name)))
+        return poses
 
     def size(self, vehicle: str) -> Size:
         """How large a vehicle is."""

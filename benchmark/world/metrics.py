@@ -118,9 +118,9 @@ def waiting_by(finals: Floats, groups: Sequence[str]) -> dict[str, Waiting]:
     """
     labels = np.asarray(groups)
     return {
-        str(name): found
+        str(name): waiting
         for name in np.unique(labels)
-        if (found := waiting_of(finals[labels == name]))
+        if (waiting := waiting_of(finals[labels == name]))
     }
 
 
@@ -208,7 +208,7 @@ def curve(values: Floats, step: float) -> tuple[float, ...]:
 def collisions(pairs: Iterable[tuple[str, str]], robots: Collection[str]) -> tuple[int, int]:
     """Unique pairs of vehicles that collided, and how many of these hold an RV."""
     unique = set(pairs)
-    return len(unique), sum(one in robots or other in robots for one, other in unique)
+    return len(unique), sum(first in robots or second in robots for first, second in unique)
 
 
 def trip_metrics(
@@ -260,5 +260,5 @@ def trip_metrics(
 
 
 def _mean(values: Iterable[float]) -> float | None:
-    found = list(values)
-    return float(np.mean(found)) if found else None
+    numbers = list(values)
+    return float(np.mean(numbers)) if numbers else None

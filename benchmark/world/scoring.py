@@ -39,8 +39,11 @@ def junction_metrics(
     return JunctionMetrics(
         average_waiting_time=metrics.average_waiting_time(seen.step[window], seen.waiting[window]),
         wang_waiting_time=metrics.wang_waiting_time(
-            *(seen.step[counted] - start, seen.movement[counted], seen.waiting[counted]),
-            *(len(junction.intersection.regulated_movements), steps - start),
+            step=seen.step[counted] - start,
+            movement=seen.movement[counted],
+            waiting=seen.waiting[counted],
+            movements=len(junction.intersection.regulated_movements),
+            steps=steps - start,
         ),
         waiting_time_per_vehicle=metrics.waiting_of(finals),
         waiting_by_kind=metrics.waiting_by(finals, ["RV" if v.is_robot else "HV" for v in who]),
@@ -78,7 +81,7 @@ class Sights:
         places = [junction.zone[lane] for lane in log.lanes]
         vehicle = np.asarray(log.vehicle, dtype=np.int64)
         movement = np.asarray([movements.get(v.movement, -1) for v in log.vehicles], dtype=np.int64)
-        robots = np.asarray([one.is_robot for one in log.vehicles], dtype=bool)
+        robots = np.asarray([vehicle.is_robot for vehicle in log.vehicles], dtype=bool)
         regulated = set(junction.intersection.regulated_lanes)
         return cls(
             steps=len(log.times),

@@ -89,13 +89,13 @@ class Tracker:
     def _vehicles(self, zone: list[Reading], held_back: frozenset[str]) -> tuple[Vehicle, ...]:
         """The control zone's vehicles; these lines run fifty thousand times an episode."""
         log, waiting, known, lanes = self.log, self._waiting, self._index, self._lane_index
-        indices = [known[one[0]] if one[0] in known else self._known(one[0]) for one in zone]
-        for index, one in zip(indices, zone, strict=True):
-            if one[3] < STATIONARY:
+        indices = [known[name] if name in known else self._known(name) for name, *_ in zone]
+        for index, reading in zip(indices, zone, strict=True):
+            if reading[3] < STATIONARY:
                 waiting[index] += self._step
         stood = [waiting[index] for index in indices]
         log.vehicle.extend(indices)
-        log.lane.extend([lanes[one[1]] for one in zone])
+        log.lane.extend([lanes[lane] for _, lane, _, _ in zone])
         log.waiting.extend(stood)
         make, back = (
             tuple.__new__,

@@ -159,8 +159,9 @@ class World:
         poses = simulation.poses()
         for name in onlooker.strangers(poses):
             traveller = self.routes.travellers[name]
-            crossed = (movement_of(one, traveller.route) for one in self.network.junctions.values())
-            movement = next((one for one in crossed if one is not None), "")
+            junctions = self.network.junctions.values()
+            movements = (movement_of(junction, traveller.route) for junction in junctions)
+            movement = next(filter(None, movements), "")
             is_robot = demand.is_robot(self.seed, name, self.rate)
             size = simulation.size(name)
             onlooker.meet(name, Newcomer(is_robot, movement, traveller.vehicle_class, size))

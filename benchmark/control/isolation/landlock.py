@@ -28,8 +28,8 @@ def version() -> int:
     if sys.platform != "linux":
         return 0
     none, size = ctypes.c_void_p(), ctypes.c_size_t()
-    found = _libc().syscall(ctypes.c_long(CREATE), none, size, ctypes.c_uint(VERSION_ONLY))
-    return max(0, int(found))
+    version = _libc().syscall(ctypes.c_long(CREATE), none, size, ctypes.c_uint(VERSION_ONLY))
+    return max(0, int(version))
 
 
 def restrict(readable: Iterable[str]) -> None:
@@ -48,7 +48,9 @@ def restrict(readable: Iterable[str]) -> None:
         for path in readable:
             _allow(libc, rules, path, READ_FILE | READ_DIRECTORY)
         _allow(libc, rules, os.devnull, READ_FILE | WRITE_FILE)
-        _checked(libc.prctl(SET_NO_NEW_PRIVILEGES, *[ctypes.c_ulong(one) for one in (1, 0, 0, 0)]))
+        _checked(
+            libc.prctl(SET_NO_NEW_PRIVILEGES, *[ctypes.c_ulong(number) for number in (1, 0, 0, 0)])
+        )
         _checked(libc.syscall(ctypes.c_long(RESTRICT), ctypes.c_int(rules), ctypes.c_uint(0)))
     finally:
         os.close(rules)

@@ -48,10 +48,7 @@ class Process:
         paths = [str(Path(path or ".").absolute()) for path in sys.path]
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  (this Python, a list of arguments)
-                [
-                    *(sys.executable, "-I", "-B", "-c", START),
-                    *(str(theirs.fileno()), json.dumps(paths)),
-                ],
+                [sys.executable, "-I", "-B", "-c", START, str(theirs.fileno()), json.dumps(paths)],
                 env=_environment(self._folder.name),
                 cwd=self._folder.name,
                 stdin=subprocess.DEVNULL,
@@ -89,8 +86,8 @@ class Process:
         if isinstance(reply, channel.Fault):
             raise ControllerFailedError(reply.reason)
         if not isinstance(reply, kind):
-            found = f"got {type(reply).__name__}, expected {kind.__name__}"
-            raise ControllerFailedError(f"{doing}: malformed answer: {found}")
+            answer = f"got {type(reply).__name__}, expected {kind.__name__}"
+            raise ControllerFailedError(f"{doing}: malformed answer: {answer}")
         return reply
 
     def _end(self) -> str:

@@ -8,10 +8,22 @@ from benchmark.control import reference as naming
 from benchmark.plumbing.files import cache_folder
 
 SYSTEM = (
-    *("/usr/lib", "/usr/lib32", "/usr/lib64", "/usr/local/lib", "/usr/share/zoneinfo"),
-    *("/lib", "/lib32", "/lib64", "/etc/ld.so.cache", "/etc/localtime"),
-    *("/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system/cpu"),
-    *("/dev/zero", "/dev/urandom"),
+    "/usr/lib",
+    "/usr/lib32",
+    "/usr/lib64",
+    "/usr/local/lib",
+    "/usr/share/zoneinfo",
+    "/lib",
+    "/lib32",
+    "/lib64",
+    "/etc/ld.so.cache",
+    "/etc/localtime",
+    "/proc/self",
+    "/proc/cpuinfo",
+    "/proc/meminfo",
+    "/sys/devices/system/cpu",
+    "/dev/zero",
+    "/dev/urandom",
 )
 
 
@@ -22,8 +34,8 @@ def readable(reference: str) -> tuple[str, ...]:
     """
     cache = cache_folder().resolve()
     roots = [Path(path).resolve() for path in (*sys.path, sys.prefix, sys.base_prefix)]
-    found = (path for root in (*roots, *_named(reference)) for path in _around(cache, root))
-    return (*SYSTEM, *dict.fromkeys(map(str, found)))
+    paths = (path for root in (*roots, *_named(reference)) for path in _around(cache, root))
+    return (*SYSTEM, *dict.fromkeys(map(str, paths)))
 
 
 def _named(reference: str) -> Iterator[Path]:
