@@ -122,8 +122,8 @@ def _row(
 ) -> Row:
     group = cell.sample.group
     beside = _with_network(reference, figures) if reference else {}
-    found = marks(_with_network(cell, figures), beside)
-    reasons = (*found, *_training(group), *_mishaps(group))
+    deserved = marks(_with_network(cell, figures), beside)
+    reasons = (*deserved, *_training(group), *_mishaps(group))
     return Row(
         scenario=cell.scenario,
         scenario_hash=group.scenario_hash,
@@ -132,7 +132,7 @@ def _row(
         rules=group.rules,
         figures=figures[cell.sample],
         difference=difference,
-        marks=found,
+        marks=deserved,
         other=dict(group.other),
         status=_status(group.other, group.count, reasons),
         reasons=reasons,
@@ -166,8 +166,9 @@ def _mishaps(group: Group) -> Iterator[str]:
     reasons: dict[str, Counter[str]] = {}
     for status, reason in group.mishaps():
         reasons.setdefault(status, Counter())[reason] += 1
-    for status, found in reasons.items():
-        yield f"{found.total()} {status} ({' '.join(found.most_common(1)[0][0].split())})"
+    for status, counted in reasons.items():
+        ((reason, _),) = counted.most_common(1)
+        yield f"{counted.total()} {status} ({' '.join(reason.split())})"
 
 
 MARKS = {
@@ -199,10 +200,10 @@ def marks(figures: dict[str, Estimate], reference: dict[str, Estimate]) -> tuple
     delay, signal_delay = pair("insertion_delay")
     flow, signal_flow = pair("throughput")
     crashes, signal_crashes = pair("collisions")
-    found = {
+    marked = {
         "creeps": loss > 1.1 * signal_loss,
         "keeps out": delay > signal_delay + 5,
         "blocks": flow < 0.9 * signal_flow,
         "crashes": crashes > signal_crashes,
     }
-    return tuple(mark for mark, applies in found.items() if applies)
+    return tuple(mark for mark, applies in marked.items() if applies)

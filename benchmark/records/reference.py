@@ -20,14 +20,14 @@ REMEDY = "restore it, or make it anew with `rightofway reference update`"
 
 
 @dataclass(frozen=True)
-class Reference:
+class RegressionReference:
     """Records to be equalled."""
 
     records: list[Record]
     provenance: Provenance | None  # None for a plain results folder
 
 
-def read_reference(folder: Path, notice: Notice) -> Reference:
+def read_reference(folder: Path, notice: Notice) -> RegressionReference:
     """Read a reference, or a plain results folder as one.
 
     Args:
@@ -46,14 +46,14 @@ def read_reference(folder: Path, notice: Notice) -> Reference:
         )
     if not (folder / FILE).exists():
         notice(f"{folder}: no {FILE}, so nothing says what made these records")
-        return Reference(records, None)
+        return RegressionReference(records, None)
     made = read_provenance(folder / FILE)
     if (made.episodes, made.records_hash) != (len(records), hash_of_lines(folder)):
         raise StoreError(
             f"{folder}: the records are not those that {FILE} tells of "
             f"({len(records)} instead of {made.episodes}, or changed); {REMEDY}"
         )
-    return Reference(records, made)
+    return RegressionReference(records, made)
 
 
 def _has_records(folder: Path) -> bool:

@@ -29,6 +29,13 @@ class Estimate:
     count: int
 
     @property
+    def bounds(self) -> tuple[float, float]:
+        """The interval; of a single value, the value itself."""
+        if self.low is None or self.high is None:
+            return self.mean, self.mean
+        return self.low, self.high
+
+    @property
     def excludes_zero(self) -> bool:
         """Whether the interval lies on one side of zero, with seeds enough to say so."""
         if self.low is None or self.high is None or self.count < ENOUGH:
@@ -50,10 +57,10 @@ def estimates(samples: Iterable[Sequence[float] | Values]) -> list[Estimate]:
     by_size: dict[int, dict[bytes, Values]] = {}
     for key, sample in zip(keys, given, strict=True):
         by_size.setdefault(len(sample), {}).setdefault(key, sample)
-    found: dict[bytes, Estimate] = {}
-    for some in by_size.values():
-        found |= zip(some, _of_one_size(np.stack([*some.values()])), strict=True)
-    return [found[key] for key in keys]
+    made: dict[bytes, Estimate] = {}
+    for alike in by_size.values():
+        made |= zip(alike, _of_one_size(np.stack([*alike.values()])), strict=True)
+    return [made[key] for key in keys]
 
 
 def _of_one_size(samples: Values) -> list[Estimate]:
@@ -63,11 +70,11 @@ def _of_one_size(samples: Values) -> list[Estimate]:
     if count == 1:
         return [Estimate(mean, None, None, 1) for mean in means]
     varied = np.flatnonzero((samples != samples[:, :1]).any(axis=1))
-    found = [Estimate(mean, mean, mean, count) for mean in means]
+    made = [Estimate(mean, mean, mean, count) for mean in means]
     bounds = _side_by_side(samples[varied], _times(count)).tolist()
     for index, (low, high) in zip(varied.tolist(), bounds, strict=True):
-        found[index] = Estimate(means[index], low, high, count)
-    return found
+        made[index] = Estimate(means[index], low, high, count)
+    return made
 
 
 def _side_by_side(samples: Values, times: Values) -> Values:

@@ -111,7 +111,7 @@ def _crossing(rates: Sequence[float], differences: Floats) -> float:
 
 def crossovers(data: Data) -> dict[tuple[str, str], Crossover]:
     """Of each scenario and controller that has seeds in common with the signal at two rates."""
-    found = {}
+    crossings = {}
     for scenario in data.scenarios:
         signal = data.signal(HEADLINE.key, scenario)
         for name in data.controllers:
@@ -120,30 +120,31 @@ def crossovers(data: Data) -> dict[tuple[str, str], Crossover]:
             seeds = sorted(set(signal).intersection(*run.values()))
             if len(run) > 1 and seeds:
                 differences = [[run[rate][s] - signal[s] for rate in run] for s in seeds]
-                found[scenario, name] = crossover([*run], np.array(differences))
-    return found
+                crossings[scenario, name] = crossover([*run], np.array(differences))
+    return crossings
 
 
 def crossover_figure(data: Data) -> Figure | None:
     """The crossover of each controller with its interval; arrows point past the rates that ran."""
-    found = crossovers(data)
-    if not found:
+    crossings = crossovers(data)
+    if not crossings:
         return None
-    figure, (axes,) = _single(len(found) + len(data.scenarios), 6)
+    figure, (axes,) = _single(len(crossings) + len(data.scenarios), 6)
     first, last = 100 * data.rates[0], 100 * data.rates[-1]
     heights, labels = [], []
     height = 0
     for scenario in data.scenarios:
-        shown = [name for name in data.controllers if (scenario, name) in found]
+        shown = [name for name in data.controllers if (scenario, name) in crossings]
         for name in shown:
-            one = found[scenario, name]
+            crossing = crossings[scenario, name]
             place = data.controllers.index(name)
             low, rate, high = (
-                float(np.clip(100 * each, first, last)) for each in (one.low, one.rate, one.high)
+                float(np.clip(100 * each, first, last))
+                for each in (crossing.low, crossing.rate, crossing.high)
             )
             looks = style.looks(place) | {"linestyle": "-"}
             axes.plot([low, high], [height, height], **looks | {"marker": ""}, alpha=0.6)
-            arrow = {-math.inf: "<", math.inf: ">"}.get(one.rate)
+            arrow = {-math.inf: "<", math.inf: ">"}.get(crossing.rate)
             axes.plot(rate, height, **looks | ({"marker": arrow} if arrow else {}))
             heights.append(height)
             labels.append(f"{scenario}  {name}")

@@ -80,11 +80,11 @@ def panels(
     axes = figure.subplots(down, across, squeeze=False, **sharing)
     for spare in axes.flat[len(names) :]:
         spare.set_visible(False)
-    found = dict(zip(names, axes.flat, strict=False))
-    for name, panel in found.items():
+    named = dict(zip(names, axes.flat, strict=False))
+    for name, panel in named.items():
         panel.set_title(name, loc="left")
         panel.grid(axis="y", color=GRID, linewidth=0.6)
-    return figure, found
+    return figure, named
 
 
 def legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
@@ -119,10 +119,10 @@ def line(index: int) -> Line2D:
 
 def looks(index: int) -> dict[str, Any]:
     """The same, for ``Axes.plot``."""
-    found = line(index)
+    sample = line(index)
     return {
-        "color": found.get_color(),
-        "marker": found.get_marker(),
+        "color": sample.get_color(),
+        "marker": sample.get_marker(),
         "linestyle": DASHES[index % len(DASHES)],
         "markersize": 4.5,
         "linewidth": 1.4,

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from benchmark.records.statistics import Estimate, estimates
+from benchmark.records.statistics import estimates
 from benchmark.reports.plots import style
 from benchmark.reports.plots.data import Data
 from benchmark.reports.words import percent
@@ -30,8 +30,8 @@ def unregulated(data: Data) -> Figure | None:
             looks = style.looks(place) | {"marker": ""}
             axes.fill_between(
                 middles,
-                [_low(mean) for mean in means],
-                [_high(mean) for mean in means],
+                [mean.bounds[0] for mean in means],
+                [mean.bounds[1] for mean in means],
                 color=looks["color"],
                 alpha=0.2,
                 linewidth=0,
@@ -72,7 +72,7 @@ def movements(data: Data) -> Figure | None:
                     drawn = True
                     (estimate,) = estimates([values])
                     centre = index + (place + 0.5) * apart - ROOM / 2
-                    low, high = _low(estimate), _high(estimate)
+                    low, high = estimate.bounds
                     reach = [[estimate.mean - low], [high - estimate.mean]]
                     axes.bar(
                         centre,
@@ -94,11 +94,3 @@ def movements(data: Data) -> Figure | None:
     handles = [Patch(**style.filling(place)) for place in range(len(data.controllers))]
     style.legend(figure, handles, data.controllers)
     return figure
-
-
-def _low(estimate: Estimate) -> float:
-    return estimate.mean if estimate.low is None else estimate.low
-
-
-def _high(estimate: Estimate) -> float:
-    return estimate.mean if estimate.high is None else estimate.high

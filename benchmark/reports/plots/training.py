@@ -63,13 +63,13 @@ def _columns(path: Path) -> dict[str, list[tuple[int, float]]]:
     Raises:
         UsageError: it is no such log.
     """
-    found: dict[str, list[tuple[int, float]]] = {}
+    columns: dict[str, list[tuple[int, float]]] = {}
     try:
         with path.open(newline="") as file:
             for number, row in enumerate(csv.DictReader(file), start=1):
                 for key, value in row.items():
                     if value:
-                        found.setdefault(key, []).append((number, float(value)))
+                        columns.setdefault(key, []).append((number, float(value)))
     except (OSError, ValueError, TypeError, csv.Error) as error:
         raise UsageError(f"{path}: not a log of a training run: {error}") from error
-    return found
+    return columns

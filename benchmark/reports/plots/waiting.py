@@ -57,14 +57,14 @@ def boxes(data: Data) -> Figure | None:
 def _boxes(axes: Axes, data: Data, scenario: str, place: int, name: str) -> list[float]:
     """The boxes of a controller; the values that they show [s]."""
     apart = ROOM / len(data.controllers)
-    found = [
-        (index + (place + 0.5) * apart - ROOM / 2, [max(one, SHORTEST) for one in values.values()])
+    boxes = [
+        (index + (place + 0.5) * apart - ROOM / 2, [max(s, SHORTEST) for s in values.values()])
         for index, rate in enumerate(data.rates)
         if (values := data.values(HEADLINE.key, scenario, rate, name))
     ]
-    if not found:
+    if not boxes:
         return []
-    centres, shown = [centre for centre, _ in found], [some for _, some in found]
+    centres, shown = zip(*boxes, strict=True)
     thin = {"color": style.INK, "linewidth": 0.7}
     outlier = {"marker": "o", "markersize": 2.2, "markeredgewidth": 0.4}
     fill = style.filling(place)
@@ -80,7 +80,7 @@ def _boxes(axes: Axes, data: Data, scenario: str, place: int, name: str) -> list
         capprops=thin,
         flierprops={**outlier, "markerfacecolor": fill["facecolor"], "markeredgecolor": style.INK},
     )
-    return [one for some in shown for one in some]
+    return [seconds for box in shown for seconds in box]
 
 
 def throughput(data: Data) -> Figure | None:
@@ -121,9 +121,8 @@ def _points(
     data: Data, scenario: str, name: str, rates: Sequence[float | None]
 ) -> Iterator[tuple[float, float]]:
     for rate in rates:
-        flows, waits = (
-            data.values(key, scenario, rate, name) for key in ("throughput", HEADLINE.key)
-        )
+        flows = data.values("throughput", scenario, rate, name)
+        waits = data.values(HEADLINE.key, scenario, rate, name)
         if flows and waits:
-            flow, wait = (found.mean for found in estimates([[*flows.values()], [*waits.values()]]))
-            yield flow, wait
+            flow, wait = estimates([[*flows.values()], [*waits.values()]])
+            yield flow.mean, wait.mean

@@ -51,9 +51,9 @@ class Addresses:
         """The page of a controller."""
         return f"controllers/{self.controllers[name]}.html"
 
-    def pair(self, one: str, other: str) -> str:
+    def pair(self, controller: str, other: str) -> str:
         """The page that compares two controllers, whichever comes first."""
-        first, second = sorted((one, other))
+        first, second = sorted((controller, other))
         return f"pairs/{self.controllers[first]}--{self.controllers[second]}.html"
 
     def table(self, scenario: str) -> str:

@@ -27,10 +27,10 @@ def check_target(folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise UsageError(f"{folder}: is a file; choose another folder with --output")
-    held = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
-    if held and MARK not in held:
+    names = sorted(path.name for path in folder.iterdir()) if folder.exists() else []
+    if names and MARK not in names:
         raise UsageError(
-            f"{folder}: holds {held[0]} and is no site that could be replaced; "
+            f"{folder}: holds {names[0]} and is no site that could be replaced; "
             "choose another folder with --output"
         )
 

@@ -55,12 +55,12 @@ def line_looks(names: Sequence[str], shown: int = SHOWN) -> list[Line]:
         shown: how many of them there are when the page opens, besides the signal.
     """
     others = [name for name in names if name != REFERENCE]
-    found = [Line(REFERENCE, REFERENCE_COLOUR, REFERENCE_DASH, True)] if REFERENCE in names else []
+    looks = [Line(REFERENCE, REFERENCE_COLOUR, REFERENCE_DASH, True)] if REFERENCE in names else []
     for index, name in enumerate(others):
         colour = COLOURS[index % len(COLOURS)]
         dash = DASHES[index // len(COLOURS) % len(DASHES)]
-        found.append(Line(name, colour, dash, index < shown))
-    return found
+        looks.append(Line(name, colour, dash, index < shown))
+    return looks
 
 
 def by_rate(
@@ -84,19 +84,20 @@ def by_rate(
     """
     if not figures:
         return None
-    points = [_point(series, rate, one) for (series, rate), one in figures.items()]
+    points = [_point(series, rate, estimate) for (series, rate), estimate in figures.items()]
     return Chart(title, words, looks, points, _titled(_spec(tuple(looks), zero_line), axis))
 
 
-def _point(series: str, rate: float, one: Estimate) -> dict[str, Any]:
+def _point(series: str, rate: float, estimate: Estimate) -> dict[str, Any]:
+    low, high = estimate.bounds
     return {
         "series": series,
         "rate": rate,
-        "mean": round(one.mean, 4),
-        "low": round(one.mean if one.low is None else one.low, 4),
-        "high": round(one.mean if one.high is None else one.high, 4),
-        "words": f"{mean_and_interval(one, 1)} s",
-        "seeds": one.count,
+        "mean": round(estimate.mean, 4),
+        "low": round(low, 4),
+        "high": round(high, 4),
+        "words": f"{mean_and_interval(estimate, 1)} s",
+        "seeds": estimate.count,
         "at": percent(rate),
     }
 
@@ -112,9 +113,9 @@ def _titled(spec: dict[str, Any], axis: str) -> dict[str, Any]:
 def _spec(looks: tuple[Line, ...], zero_line: bool) -> dict[str, Any]:
     import altair as alt
 
-    names = [one.name for one in looks]
-    colour = alt.Scale(domain=names, range=[one.colour for one in looks])
-    dash = alt.Scale(domain=names, range=[list(one.dash) for one in looks])
+    names = [look.name for look in looks]
+    colour = alt.Scale(domain=names, range=[look.colour for look in looks])
+    dash = alt.Scale(domain=names, range=[list(look.dash) for look in looks])
     base = alt.Chart(alt.NamedData("points")).encode(
         x=alt.X("rate:Q", title="penetration rate", axis=alt.Axis(format=".0%", tickMinStep=0.1)),
         color=alt.Color("series:N", legend=None, scale=colour),

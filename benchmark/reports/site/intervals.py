@@ -26,8 +26,7 @@ class Scale:
             value
             for row in rows
             if row.headline
-            for value in (row.headline.mean, row.headline.low, row.headline.high)
-            if value is not None
+            for value in (row.headline.mean, *row.headline.bounds)
         ]
         return cls(min(ends, default=0.0), max(ends, default=1.0))
 
@@ -45,8 +44,7 @@ class Scale:
         if row.headline is None:
             return Markup("")
         estimate = row.headline
-        start = self.place(estimate.mean if estimate.low is None else estimate.low)
-        end = self.place(estimate.mean if estimate.high is None else estimate.high)
+        start, end = map(self.place, estimate.bounds)
         centre, length = (start + end) / 2, max(end - start, LEAST)
         mark = ""
         if reference and reference.headline:

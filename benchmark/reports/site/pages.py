@@ -66,18 +66,21 @@ def _overview(contents: Contents) -> Page:
 
 def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
     scenario = contents.files.get(rows[0].scenario_hash)
-    names = [one for one in contents.controllers if one in {row.controller for row in rows}]
+    ran = {row.controller for row in rows}
+    names = [controller for controller in contents.controllers if controller in ran]
     figures = {
         (row.controller, row.rate): row.headline
         for row in rows
         if row.headline and row.rate is not None
     }
-    members = [one for one in contents.records if one.scenario_hash == rows[0].scenario_hash]
+    members = [
+        record for record in contents.records if record.scenario_hash == rows[0].scenario_hash
+    ]
     chart = charts.by_rate(
         "Waiting against penetration rate",
         f"Average waiting time by penetration rate at {name}, a line per controller with its 95 % "
         "interval. The table below holds the same figures.",
-        charts.line_looks([one for one in names if any(key[0] == one for key in figures)]),
+        charts.line_looks([each for each in names if any(key[0] == each for key in figures)]),
         figures,
         axis="average waiting time [s]",
     )
@@ -95,7 +98,9 @@ def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
             "phases": list(program_steps(scenario.signal)) if scenario and scenario.signal else [],
             "controllers": names,
             "chart": chart,
-            "replays": [one for one in contents.replays if members[0].scenario in one.scenarios],
+            "replays": [
+                replay for replay in contents.replays if members[0].scenario in replay.scenarios
+            ],
         },
     )
 
@@ -132,7 +137,7 @@ def _controller(
             "description": describe(name),
             "origin": origin,
             "chart": chart,
-            "replays": [one for one in contents.replays if name in one.controllers],
+            "replays": [replay for replay in contents.replays if name in replay.controllers],
             "against": [
                 (other, _seen_from(name, pair, counted))
                 for pair, counted in tallies.items()

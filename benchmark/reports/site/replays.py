@@ -41,8 +41,8 @@ def _replays(folder: Path) -> Iterator[ReplayPage]:
         yield ReplayPage(
             path,
             " ".join("".join(head.title).split()) or path.stem,
-            tuple(head.said["rightofway:scenario"]),
-            tuple(head.said["rightofway:controller"]),
+            tuple(head.facts["rightofway:scenario"]),
+            tuple(head.facts["rightofway:controller"]),
         )
 
 
@@ -52,14 +52,14 @@ class _Head(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.title: list[str] = []
-        self.said: dict[str, list[str]] = {"rightofway:scenario": [], "rightofway:controller": []}
+        self.facts: dict[str, list[str]] = {"rightofway:scenario": [], "rightofway:controller": []}
         self._in_title = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self._in_title = tag == "title" and not self.title
         given = dict(attrs)
-        if tag == "meta" and given.get("name") in self.said:
-            self.said[given["name"] or ""].append(given.get("content") or "")
+        if tag == "meta" and given.get("name") in self.facts:
+            self.facts[given["name"] or ""].append(given.get("content") or "")
 
     def handle_endtag(self, tag: str) -> None:
         self._in_title = False
