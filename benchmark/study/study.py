@@ -97,13 +97,13 @@ def run_study(
         RightOfWayError: what is asked for is not there, cannot be run, or not be written.
     """
     names = [what] if isinstance(what, str | Path) else what
-    episodes = [one for one in names if isinstance(one, Episode)]
+    episodes = [episode for episode in names if isinstance(episode, Episode)]
     if not episodes:
         episodes = choose_episodes(
             [str(name) for name in names],
             controllers,
-            rates,
-            range(1, seeds + 1) if isinstance(seeds, int) else seeds,
+            _checked_rates(rates),
+            _seeds(seeds),
             isolate=isolate,
             limits=limits,
             notice=notice,
@@ -125,6 +125,20 @@ def run_study(
         if not study.interrupted:
             study.rows = _write_leaderboard(store)
     return study
+
+
+def _checked_rates(rates: Sequence[float]) -> Sequence[float]:
+    for rate in rates:
+        if not 0 <= rate <= 1:
+            raise UsageError(f"rates: {rate:g}: expected a share from 0 to 1")
+    return rates
+
+
+def _seeds(seeds: int | Sequence[int]) -> Sequence[int]:
+    seeds = range(1, seeds + 1) if isinstance(seeds, int) and seeds > 0 else seeds
+    if isinstance(seeds, int) or any(seed < 0 for seed in seeds):
+        raise UsageError(f"seeds = {seeds}: expected how many, as in 20, or each, as in [1, 2]")
+    return seeds
 
 
 def run_missing(

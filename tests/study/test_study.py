@@ -54,7 +54,12 @@ def test_episodes_say_themselves_what_is_to_be_run(tmp_path: Path) -> None:
         run_study(episodes, tmp_path, seeds=2)
 
 
-def test_names_that_lead_nowhere_are_refused_before_anything_is_written(tmp_path: Path) -> None:
+def test_what_makes_no_sense_is_refused_before_anything_is_written(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match='did you mean "smoke/tee"'):
         run_study(["smoke/te"], tmp_path / "out", seeds=1)
+    with pytest.raises(UsageError, match=r"rates: 1\.5: expected a share"):
+        run_study("smoke/tee", tmp_path / "out", rates=[0.4, 1.5])
+    for seeds in (0, -1, [1, -2]):
+        with pytest.raises(UsageError, match=r"seeds = .*: expected how many"):
+            run_study("smoke/tee", tmp_path / "out", seeds=seeds)
     assert not (tmp_path / "out").exists()
