@@ -306,3 +306,16 @@ def test_scenarios_of_one_name_and_several_hashes_stay_apart() -> None:
 def test_nothing_against_nothing_is_nothing_to_compare() -> None:
     assert compared([], runs(BASE)).findings == ()
     assert compared([], []).exit_code == 2
+
+
+def test_whole_trips_are_compared_once_for_the_network_of_several_junctions() -> None:
+    def pair(north: float, time_loss: float) -> Record:
+        both = {"N": junction(north), "S": junction(9.0)}
+        return record(junctions=both, time_loss=time_loss)
+
+    check = compared([pair(20.0, 30.0)], [pair(20.0, 33.0)], WAITING, KEYS["time_loss"])
+    assert sorted((found.scenario, found.measure.key, found.new) for found in check.findings) == [
+        ("test/a N", "average_waiting_time", 20.0),
+        ("test/a S", "average_waiting_time", 9.0),
+        ("test/a network", "time_loss", 33.0),
+    ]
