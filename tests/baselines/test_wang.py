@@ -79,9 +79,6 @@ def rows_of(replay: PrioritisedReplay) -> dict[str, list[float]]:
     }
 
 
-# --- network ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("atoms", [1, 51])
 def test_the_numpy_policy_computes_what_the_torch_network_does(atoms: int) -> None:
     network = learner(atoms).q_net
@@ -119,8 +116,6 @@ def test_the_advantages_of_a_state_add_up_to_nothing() -> None:
     assert torch.allclose(means, values[:, 0], atol=1e-6)
     assert torch.equal(values[:, 0], values[:, 1])
 
-
-# --- returns ---------------------------------------------------------------------------------
 
 SUPPORT = torch.linspace(-2, 2, 5)
 
@@ -213,9 +208,6 @@ def test_the_target_takes_the_online_networks_action_at_the_target_networks_valu
     # online: Go is best and worth 2; the target network values Go at -1 (Stop, at 1, is not taken)
     target, taken = 0.25 + 0.5 * -1, 2.0
     assert model._errors(batch).item() == pytest.approx(abs(target - taken) - 0.5)
-
-
-# --- replay ----------------------------------------------------------------------------------
 
 
 def test_rows_of_a_vehicle_end_where_it_entered_and_never_mix_with_the_next() -> None:
@@ -315,9 +307,6 @@ def test_gradient_steps_find_the_better_action(atoms: int) -> None:
     assert values[STOP] == pytest.approx(-1, abs=0.2)
 
 
-# --- what is learnt from ---------------------------------------------------------------------
-
-
 def seldom(observations: Numbers) -> Actions:
     """Go now and then, by the last digits of the distance."""
     return ((observations[:, 96] * 1000).astype(np.int64) % 5 == 0).astype(np.int64)
@@ -392,8 +381,6 @@ def test_an_rv_earns_the_teams_reward_for_a_while_after_it_entered() -> None:
     assert min(gains) < 0
     assert all(gain == 0 for gain, one in zip(gains, plain, strict=True) if not one.ended)
 
-
-# --- the controllers ---------------------------------------------------------------------------
 
 WITHOUT_EXTRAS = """
 import sys
