@@ -69,8 +69,9 @@ class Motion:
         end, arrive = share * share * (3 - 2 * share), -share * share * rest
 
         def between(value: Floats, slope: Floats) -> Floats:
-            ends: Floats = start * value[entry] + end * value[after]
-            return ends + (out * slope[entry] + arrive * slope[after])
+            places: Floats = start * value[entry] + end * value[after]
+            places += out * slope[entry] + arrive * slope[after]
+            return places
 
         heading = np.radians(between(kept.tracks.angle, self.turn))
         heading += self.lean[entry] * np.sin(np.pi * share) ** 2

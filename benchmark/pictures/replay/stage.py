@@ -1,7 +1,4 @@
-"""A recorded episode on matplotlib axes: its ground drawn once, its traffic at any moment.
-
-Colours, and the shapes on vehicles and signal heads, are those of the page (``page/traffic.js``).
-"""
+"""A recorded episode on matplotlib axes: its ground drawn once, its traffic at any moment."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -15,13 +12,13 @@ from matplotlib.transforms import IdentityTransform
 from numpy.typing import NDArray
 
 from benchmark.pictures.geometry import Points
+from benchmark.pictures.replay import signs
 from benchmark.pictures.replay.motion import Motion, Poses
+from benchmark.pictures.replay.signs import BLACK, Patch
 from benchmark.pictures.replay.trajectories import (
     Collision,
     Ground,
     Outline,
-    Silhouette,
-    Told,
     Trajectories,
 )
 from benchmark.pictures.sheet.sheet import extent, plain
@@ -30,28 +27,11 @@ from benchmark.reports.words import percent
 AROUND = 55.0  # m shown beyond the entrances
 GAP = 6.0  # pixels beside words
 AFTERGLOW = 4.0  # s that a collision stays marked
-EVEN = 0.05  # m/s2, within which a Drive holds its speed
 
 INK, QUIET = "#ecebe6", "#a2abad"
-FIELD, ASPHALT, BLACK, WHITE = "#20282a", "#3b4043", "#15191b", "#ffffff"
-RV, HV, GLASS, CRASH = "#e0352b", "#f5f5f1", "#141a1eb8", "#ff4fd8"
+FIELD, ASPHALT, CRASH = "#20282a", "#3b4043", "#ff4fd8"
 CONTROL, DECISION, UNREGULATED = "#6eafdc21", "#6eafdc3d", "#ffbe284d"
 PAINT, CENTRE_LINE, STOP_LINE = "#ffffff73", "#d8b13c", "#f4f4f0"
-RINGS = {
-    "go": "#4fd37f",
-    "stop": "#ffb224",
-    "held": "#c08bff",
-    "faster": "#4cc9f0",
-    "slower": "#ffb224",
-    "even": "#9fb0b8",
-}
-GREEN, YELLOW, RED, DARK = "#3ddc74", "#ffd23f", "#ff5a4a", "#8a8f92"
-AFTER_A_STOP = "#ffb224"  # right on red
-LIGHTS = {"G": GREEN, "g": GREEN, "y": YELLOW, "u": YELLOW, "r": RED, "s": AFTER_A_STOP}
-
-DISC = np.column_stack([np.sin(turn := np.linspace(0, 2 * np.pi, 17)[:-1]), np.cos(turn)])
-
-Patch = tuple[Points, str]  # an outline and what fills it
 
 
 class Stage:
@@ -154,10 +134,9 @@ class Stage:
                 state = curves.states[curves.light[whole]]
                 for head in junction.heads:
                     size = max(0.42 * head.width, 2.2 * self._pixel)
-                    place, heading = np.array(head.place), float(np.radians(head.angle))
-                    middle = placed(np.array([(0.0, 1.4)]), place, heading)
-                    for shape, colour in _head(state[head.link], size):
-                        yield placed(shape, middle, heading), colour
+                    heading = float(np.radians(head.angle))
+                    for shape, colour in signs.head(state[head.link], size):
+                        yield placed(shape, np.array(head.place), heading), colour
         yield from self._vehicles(self._motion.at(step))
 
     def _vehicles(self, poses: Poses) -> Iterator[Patch]:
@@ -165,17 +144,14 @@ class Stage:
         for vehicle, entry, place, heading in zip(
             poses.vehicle, poses.entry, poses.place, poses.heading, strict=True
         ):
-            kind = self.kept.classes[vehicles.kind[vehicle]]
-            told, acceleration = Told(tracks.told[entry]), float(tracks.acceleration[entry])
-            decision = _decision(told, acceleration)
-            if told:
-                edge = max(0.3, 1.6 * self._pixel)
-                yield placed(_around(kind, edge), place, heading), RINGS[decision]
-            yield placed(_body(kind), place, heading), RV if vehicles.robot[vehicle] else HV
-            yield placed(_glass(kind), place, heading), GLASS
-            side, least = int(tracks.side[entry]), 2 * self._pixel
-            for sign in _on_roof(decision, acceleration, side, kind, least) if told else ():
-                yield placed(sign, place, heading), WHITE
+            patches = signs.vehicle(
+                self.kept.classes[vehicles.kind[vehicle]],
+                vehicles.robot[vehicle],
+                signs.Decision(tracks.told[entry], tracks.acceleration[entry], tracks.side[entry]),
+                self._pixel,
+            )
+            for shape, colour in patches:
+                yield placed(shape, place, heading), colour
 
     def _meetings(self, step: float) -> Iterator[Points]:
         """Where vehicles collide or did a moment ago."""
@@ -197,7 +173,7 @@ class Stage:
 
 def swatches() -> NDArray[np.uint8]:
     """A row of the colours that traffic may bring, as RGB."""
-    colours = [RV, HV, CRASH, INK, *RINGS.values(), *LIGHTS.values()]
+    colours = [CRASH, INK, signs.RV, signs.HV, *signs.RINGS.values(), *signs.LIGHTS.values()]
     return np.round(255 * to_rgba_array(colours)[np.newaxis, :, :3]).astype(np.uint8)
 
 
@@ -221,87 +197,3 @@ def placed(shape: Points, place: Points, heading: float) -> Points:
     sine, cosine = np.sin(heading), np.cos(heading)
     moved: Points = place + shape @ np.array([[cosine, -sine], [sine, cosine]])
     return moved
-
-
-def _decision(told: Told, acceleration: float) -> str:
-    """What an RV was told, a Drive by the way it changes speed."""
-    if told != Told.DRIVE:
-        return told.name.lower()
-    if abs(acceleration) <= EVEN:
-        return "even"
-    return "faster" if acceleration > 0 else "slower"
-
-
-def _body(kind: Silhouette) -> Points:
-    """A vehicle's outline; its front bumper's middle is the origin."""
-    half, length = kind.width / 2, kind.length
-    corner = min(0.28 * kind.width, 0.12 * length)
-    right = [
-        (half - corner, 0.0),
-        (half, -1.4 * corner),
-        (half, corner - length),
-        (half - corner, -length),
-    ]
-    return np.array(right + [(-x, y) for x, y in reversed(right)])
-
-
-def _glass(kind: Silhouette) -> Points:
-    """Its windscreen, which shows the way it looks."""
-    front, half = -min(0.24 * kind.length, 1.3), 0.39 * kind.width
-    return np.array(
-        [(0.85 * half, front), (half, front - 0.65), (-half, front - 0.65), (-0.85 * half, front)]
-    )
-
-
-def _around(kind: Silhouette, edge: float) -> Points:
-    """What shows around an RV that was told something, as wide as an edge [m]."""
-    return _bar(kind.width / 2 + edge, -kind.length - edge, edge)
-
-
-def _on_roof(
-    decision: str, acceleration: float, side: int, kind: Silhouette, least: float
-) -> Iterator[Points]:
-    """The sign of a decision: an arrow, a bar, both, a beam ahead or back, an arrow aside.
-
-    Args:
-        decision: as ``_decision`` has it.
-        acceleration: of a Drive [m/s2].
-        side: its change of lanes: 1 to the left, -1 to the right.
-        kind: the vehicle's class.
-        least: half the width of the smallest sign that can be seen [m].
-    """
-    middle, half = -0.62 * kind.length, max(0.3 * kind.width, least)
-    if decision == "go":
-        yield _arrow(half, middle - half, middle + half)
-    elif decision == "stop":
-        yield _bar(half, middle - 0.4 * half, middle + 0.4 * half)
-    elif decision == "held":
-        yield _arrow(half, middle - 1.5 * half, middle)
-        yield _bar(half, middle + 0.4 * half, middle + half)
-    elif decision in ("faster", "slower"):
-        reach = min(0.36 * kind.length, 0.3 + 0.5 * abs(acceleration))
-        yield _bar(0.4 * half, middle, middle + (reach if acceleration > 0 else -reach))
-    if side:
-        outward = -1.0 if side > 0 else 1.0
-        tip, foot = outward * (kind.width / 2 + 1.6 * half), outward * kind.width / 2
-        yield np.array([(tip, middle), (foot, middle + 1.3 * half), (foot, middle - 1.3 * half)])
-
-
-def _head(letter: str, size: float) -> Iterator[Patch]:
-    """A signal head: an arrow for green, a bar for red and a dot for yellow, on black."""
-    yield 1.25 * size * DISC, BLACK
-    if letter == "y":
-        sign = 0.62 * size * DISC
-    elif letter in "Ggs":
-        sign = _arrow(0.85 * size, -0.7 * size, size)
-    else:
-        sign = _bar(size, -0.4 * size, 0.4 * size)
-    yield sign, LIGHTS.get(letter, DARK)
-
-
-def _arrow(half: float, low: float, high: float) -> Points:
-    return np.array([(0.0, high), (half, low), (-half, low)])
-
-
-def _bar(half: float, low: float, high: float) -> Points:
-    return np.array([(half, high), (half, low), (-half, low), (-half, high)])
