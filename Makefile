@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test results-check lint browser bench scaling large-store soak replay-speed results figures site screenshots reference ablations capacity clean
+.PHONY: run test results-check lint browser bench scaling large-store soak replay-speed results figures site screenshots architecture reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -79,6 +79,10 @@ replay-speed: .venv/installed-dev browser
 
 screenshots: .venv/installed-dev browser site
 	$(BIN)/python tests/screenshots.py site docs
+
+# The rooms and who imports whom, for docs/architecture.md.
+architecture: .venv/installed-dev
+	$(BIN)/python tests/architecture.py
 
 # What the regression check compares with; commit first, as it names the commit.
 reference: .venv/installed

@@ -1,7 +1,8 @@
 """Pure functions from what was observed to figures; the formula is in each docstring.
 
 ``w_v(t)``: seconds that vehicle v has been stationary (below 0.1 m/s) inside the control zone up
-to time t, counted since it entered. The evaluation window holds the steps after ``warm_up``.
+to time t, counted since it entered; ``benchmark.world.tracking`` counts them. The evaluation window
+holds the steps after ``warm_up``.
 
 Sights are (step, vehicle) pairs: vehicle v is in the control zone at step t. Arrays of sights run
 step by step.
