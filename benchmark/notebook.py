@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from benchmark.pictures.replay.replay import Replay as Replay
 from benchmark.pictures.sheet import whole
+from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.messages import nearest
 from benchmark.records import leaderboard
 from benchmark.records.leaderboard import Row
 from benchmark.records.record import Record
@@ -63,6 +65,31 @@ class Leaderboard:
 
         words = MarkdownIt("commonmark", {"html": False}).enable("table")
         return str(words.render(self._repr_markdown_()))
+
+
+def figure(name: str, results: Path | str = "out") -> "Figure | None":
+    """A figure of a results folder, as ``rightofway figures --only NAME`` draws it.
+
+    Args:
+        name: such as ``"waiting"``.
+        results: the folder.
+
+    Returns:
+        The figure; None where the records hold nothing to draw.
+
+    Raises:
+        UsageError: there is no such figure.
+        StoreError: the folder holds no records.
+    """
+    from benchmark.reports.plots import gallery, style
+    from benchmark.reports.plots.data import Data, Wish
+
+    kind = next((kind for kind in gallery.KINDS if kind.name == name), None)
+    if kind is None:
+        raise UsageError(f'no figure "{name}"{nearest(name, gallery.NAMES)}')
+    store = Store(Path(results))
+    with style.styled():
+        return kind.draw(Data(store.table(), store.records_of, Wish()), {})
 
 
 def load_ipython_extension(shell: Any) -> None:

@@ -77,6 +77,9 @@ def run_study(
     What the folder holds already is not run again. Ctrl-C lets the running episodes end, a second
     one stops at once; the same call goes on from there.
 
+    Worker processes import the script that calls this, so it calls it below
+    ``if __name__ == "__main__":``.
+
     Args:
         what: scenarios as files, folders or shipped names, such as ``"334"``; or one suite, such
             as ``"paper"``; or episodes, which say themselves what is to be run.
