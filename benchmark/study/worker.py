@@ -5,6 +5,7 @@ import signal
 import tempfile
 import threading
 import time as clock
+from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
@@ -45,19 +46,23 @@ class Worker:
         self._future: Future[Done] | None = None
         self._cancelled, self._lock = False, threading.Lock()
 
-    def run(self, episode: Episode) -> Record:
+    def run(self, episode: Episode, is_wanted: Callable[[], bool] = lambda: True) -> Record:
         """Run an episode; one that crashes or takes too long is tried once more.
 
+        Args:
+            episode: the episode.
+            is_wanted: asked now and then whether somebody still waits for it.
+
         Raises:
-            CancelledError: ``cancel`` was called.
+            CancelledError: ``cancel`` was called, or nobody waits any more.
             StoreError: the process cannot write what it is to keep.
         """
-        record = self._try(episode)
+        record = self._try(episode, is_wanted)
         for _ in range(outcome.TRIES - 1):
             if outcome.is_settled(record.status):
                 break
             outcome.log_retry(record)
-            record = self._try(episode)
+            record = self._try(episode, is_wanted)
         return record
 
     def cancel(self) -> None:
@@ -74,11 +79,11 @@ class Worker:
             self._pool.join()
             self._pool = None
 
-    def _try(self, episode: Episode) -> Record:
+    def _try(self, episode: Episode, is_wanted: Callable[[], bool]) -> Record:
         from pebble import ProcessExpired
 
         try:
-            done = self._wait_for(self._schedule(episode))
+            done = self._wait_for(self._schedule(episode), is_wanted)
         except TimeoutError:
             record = outcome.too_slow(episode, self._time_limit)
         except ProcessExpired as error:
@@ -109,7 +114,7 @@ class Worker:
             )
             return self._future
 
-    def _wait_for(self, future: "Future[Done]") -> "Done":
+    def _wait_for(self, future: "Future[Done]", is_wanted: Callable[[], bool]) -> "Done":
         """What becomes of an episode; also where its process died before it knew of it.
 
         The pool limits the time from when the process has begun, and forgets what it was given
@@ -119,6 +124,8 @@ class Worker:
         future.add_done_callback(lambda _: ended.set())
         while not ended.wait(GLANCE):
             assert self._pool is not None
+            if not is_wanted():
+                raise CancelledError
             if not self._pool.active:
                 raise BrokenProcessPool
             if not future.running() and clock.monotonic() > deadline:

@@ -128,7 +128,7 @@ class Simulation:
         Simulation._open = self
         return self
 
-    def __exit__(self, kind: object, error: object, trace: object) -> None:
+    def __exit__(self, *error: object) -> None:
         if Simulation._open is self:
             self._close()
         self._folder.cleanup()

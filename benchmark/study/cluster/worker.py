@@ -6,11 +6,10 @@ What it needs is imported only after the environment has been found to be the sa
 
 import pickle
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import CancelledError
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from benchmark.study.episode import Episode
     from benchmark.study.worker import Worker
 
-GLANCE = 1.0  # s between looks at whether an episode is still wanted
 REST = 30.0  # s that a process waits for another episode
 
 
@@ -53,14 +51,12 @@ def run(wanted: Mapping[tuple[str, str], str], job: bytes) -> "Record | Refused"
 
     worker = get_worker()
     try:
-        if found := environment.differences(wanted):
-            return Refused(worker.address, "; ".join(found))
+        if differing := environment.differences(wanted):
+            return Refused(worker.address, "; ".join(differing))
         given: Job = pickle.loads(job)  # noqa: S301 - from the scheduler, which may run any code
         episode = _placed(given, Path(worker.local_directory))
         with _supervised(worker.local_directory, given.time_limit) as process:
-            key = worker.get_current_task()
-            with _watched(process, lambda: _is_wanted(worker, key)):
-                return process.run(episode)
+            return process.run(episode, partial(_is_wanted, worker, worker.get_current_task()))
     except Exception as error:
         return Refused(worker.address, f"{type(error).__name__}: {error}")
 
@@ -77,7 +73,9 @@ def _placed(job: Job, folder: Path) -> "Episode":
     reference = naming.parse(job.episode.controller)
     place = Path(reference.place)
     with suppress(OSError):
-        if all((place.parent / name).read_bytes() == it for name, it in job.files.items()):
+        if all(
+            (place.parent / name).read_bytes() == content for name, content in job.files.items()
+        ):
             return job.episode
     copy = replace(reference, place=str(_written(job.files, folder) / place.name))
     return replace(job.episode, controller=str(copy))
@@ -87,29 +85,27 @@ def _written(files: Mapping[str, bytes], folder: Path) -> Path:
     """A folder that holds just these files."""
     import hashlib
 
+    from benchmark.plumbing.files import made_once
+
+    def fill(draft: Path) -> None:
+        for name, content in files.items():
+            (draft / name).write_bytes(content)
+
     code = hashlib.sha256(pickle.dumps(sorted(files.items()))).hexdigest()
-    place = folder / "controllers" / code
-    with _lock:
-        if not place.exists():
-            draft = place.with_suffix(".draft")
-            draft.mkdir(parents=True, exist_ok=True)
-            for name, content in files.items():
-                (draft / name).write_bytes(content)
-            draft.rename(place)
-    return place
+    return made_once(folder / "controllers" / code, fill)
 
-
-# --- processes, which are kept for the next episode ---------------------------------------------
 
 _lock = threading.Lock()
 _busy: set["Worker"] = set()
-_resting: list[tuple[float, "Worker"]] = []  # with the time limit of each
-_bedtime: threading.Timer | None = None
+_resting: dict["Worker", tuple[float, threading.Timer]] = {}  # with time limit and what ends it
 
 
 @contextmanager
 def _supervised(folder: str, time_limit: float) -> "Iterator[Worker]":
-    """A process for one episode at a time, new or one that had nothing to do."""
+    """A process for one episode at a time, new or one that had nothing to do for a while.
+
+    It rests until no episode has come for a while: the cluster may have other users.
+    """
     process = _woken(time_limit) or _new(folder, time_limit)
     _busy.add(process)
     try:
@@ -118,7 +114,11 @@ def _supervised(folder: str, time_limit: float) -> "Iterator[Worker]":
         process.close()
         raise
     else:
-        _rest(process, time_limit)
+        bedtime = threading.Timer(REST, _end_resting, [process])
+        bedtime.daemon = True
+        with _lock:
+            _resting[process] = time_limit, bedtime
+        bedtime.start()
     finally:
         _busy.discard(process)
 
@@ -142,68 +142,29 @@ def _prepare() -> None:
 
 def _woken(time_limit: float) -> "Worker | None":
     with _lock:
-        for index, (limit, process) in enumerate(_resting):
+        for process, (limit, bedtime) in _resting.items():
             if limit == time_limit:
-                del _resting[index]
+                del _resting[process]
+                bedtime.cancel()
                 return process
     return None
 
 
-def _rest(process: "Worker", time_limit: float) -> None:
-    """Keep a process until no episode has come for a while: the cluster may have other users."""
-    global _bedtime
+def _end_resting(process: "Worker") -> None:
     with _lock:
-        _resting.append((time_limit, process))
-        if _bedtime is not None:
-            _bedtime.cancel()
-        _bedtime = threading.Timer(REST, _end_resting)
-        _bedtime.daemon = True
-        _bedtime.start()
-
-
-def _end_resting() -> None:
-    with _lock:
-        ended, _resting[:] = [process for _, process in _resting], []
-    for process in ended:
-        process.close()
+        if _resting.pop(process, None) is None:  # it was woken just now
+            return
+    process.close()
 
 
 def _end_all() -> None:
     for process in tuple(_busy):
         process.cancel()
-    _end_resting()
-
-
-# --- episodes that nobody waits for any more ----------------------------------------------------
-
-
-@contextmanager
-def _watched(process: "Worker", is_wanted: Callable[[], bool]) -> Iterator[None]:
-    """Stop the process's episode when it is no longer wanted: Dask itself cannot.
-
-    Raises:
-        CancelledError: it was stopped.
-    """
-    done, stopped = threading.Event(), threading.Event()
-
-    def watch() -> None:
-        while not done.wait(GLANCE):
-            if not is_wanted():
-                stopped.set()
-                process.cancel()
-                return
-
-    thread = threading.Thread(target=watch, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        thread.join()
-    if stopped.is_set():  # just as it ended; the process is of no more use
-        raise CancelledError
+    for process in tuple(_resting):
+        _end_resting(process)
 
 
 def _is_wanted(worker: Any, key: object) -> bool:
+    """Whether the cluster still waits for a task; Dask itself cannot stop one."""
     task = worker.state.tasks.get(key)
     return task is not None and task.state != "cancelled"
