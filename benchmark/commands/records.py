@@ -34,9 +34,7 @@ def show_capacity(records: Records = Path("out")) -> None:
     from benchmark.records import capacity
     from benchmark.records.store import Store
 
-    curves = capacity.capacity_curves(
-        Store(records, notice=console.notice).table(), console.notice
-    )
+    curves = capacity.capacity_curves(Store(records, notice=console.notice).table(), console.notice)
     if not curves:
         raise UsageError(
             f"{records}: no records of scenarios at demands of their own; "

@@ -64,9 +64,9 @@ def submit(
     if scenario and suite:
         raise UsageError("--scenario and --suite exclude each other; give one of them")
     _check_target(output, force=force)
-    words = making.Words(author or (), description, paper, licence)
-    subject = making.subject(name, words, with_code=code)
-    if subject.includes_code and (left := subject.code.left_out):
+    attribution = making.Attribution(author or (), description, paper, licence)
+    submission = making.gather(name, attribution, with_code=code)
+    if submission.includes_code and (left := submission.code.left_out):
         console.notice(f"{len(left)} files of its package are left out, such as {left[0]}")
     if suite:
         suite_named(suite)  # says what is wrong with it
@@ -88,7 +88,7 @@ def submit(
             console.notice(f"stopped; {output} is not written")
             raise KeyboardInterrupt
         records = store.read()
-        making.write(output, subject, results, records)
+        making.write(output, submission, results, records)
     if bad := [record for record in records if record.status != "ok"]:
         such = f"{bad[0].scenario}: {bad[0].status}: {bad[0].reason}"
         console.notice(f"{len(bad)} of {len(records)} episodes did not end well, such as {such}")

@@ -43,7 +43,7 @@ def extract(path: Path, folder: Path) -> list[str]:
     """
     with _opened(path) as archive:
         _check_listing(path, archive.infolist())
-        members = [one for one in archive.infolist() if not one.is_dir()]
+        members = [member for member in archive.infolist() if not member.is_dir()]
         for member in members:
             _check_content(path, member, archive)
         for member in members:
@@ -72,8 +72,8 @@ def _check_listing(path: Path, members: list[zipfile.ZipInfo]) -> None:
     if len(members) > MOST_MEMBERS:
         raise BundleError(f"{path}: {len(members)} members; a bundle has at most {MOST_MEMBERS}")
     for member in members:
-        if found := _problem(member):
-            raise BundleError(f"{path}: member {member.orig_filename!r} {found}; refused")
+        if problem := _problem(member):
+            raise BundleError(f"{path}: member {member.orig_filename!r} {problem}; refused")
     names = [member.filename for member in members if not member.is_dir()]
     if name := confined.clash(names):
         raise BundleError(f"{path}: member {name!r} stands twice, or as file and folder; refused")
@@ -84,8 +84,8 @@ def _check_listing(path: Path, members: list[zipfile.ZipInfo]) -> None:
 def _problem(member: zipfile.ZipInfo) -> str | None:
     kind = stat.S_IFMT(member.external_attr >> 16)
     # zipfile cuts a name at NUL and turns backslashes round; what stands in the file counts
-    if found := confined.problem(member.orig_filename.removesuffix("/")):
-        return found
+    if problem := confined.problem(member.orig_filename.removesuffix("/")):
+        return problem
     if kind not in (0, stat.S_IFDIR if member.is_dir() else stat.S_IFREG):
         return "is a link or device"
     if member.flag_bits & ENCRYPTED:

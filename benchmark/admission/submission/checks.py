@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from benchmark.admission.submission import code, contents, manifest
+from benchmark.admission.submission import code, contents
+from benchmark.admission.submission import manifest as manifests
 from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import reference
 from benchmark.plumbing.errors import RightOfWayError
@@ -43,7 +44,7 @@ class Bundle:
     @property
     def good(self) -> list[Record]:
         """The records of episodes that ended well."""
-        return [one for one in self.records if one.status == "ok"]
+        return [record for record in self.records if record.status == "ok"]
 
 
 def verdict(name: str, problems: Sequence[str], fine: str) -> Check:
@@ -54,25 +55,25 @@ def verdict(name: str, problems: Sequence[str], fine: str) -> Check:
     return Check(name, "failed", "; ".join(problems[:3]) + more)
 
 
-def files(folder: Path, names: Sequence[str], said: Manifest) -> Check:
+def files(folder: Path, names: Sequence[str], manifest: Manifest) -> Check:
     """Whether exactly the files that the manifest names are there, as they were hashed."""
-    held = set(names) - {manifest.NAME}
-    problems = [f"{name} is missing" for name in sorted(said.files.keys() - held)]
-    problems += [f"{name} is not in the manifest" for name in sorted(held - said.files.keys())]
+    held = set(names) - {manifests.NAME}
+    problems = [f"{name} is missing" for name in sorted(manifest.files.keys() - held)]
+    problems += [f"{name} is not in the manifest" for name in sorted(held - manifest.files.keys())]
     problems += [
         f"{name} was changed"
-        for name in sorted(held & said.files.keys())
-        if manifest.sha256(folder / name) != said.files[name]
+        for name in sorted(held & manifest.files.keys())
+        if manifests.sha256(folder / name) != manifest.files[name]
     ]
-    if said.code.included:
-        brought = code.in_folder(folder / "code", said.code.place)
+    if manifest.code.included:
+        brought = code.in_folder(folder / "code", manifest.code.place)
         if not brought.files:
             problems.append("code/ is empty and the manifest says that it is included")
-        elif brought.sha256 != said.code.sha256:
+        elif brought.sha256 != manifest.code.sha256:
             problems.append("code/ is not the code whose hash the manifest names")
     problems += [
         f"option {key}: {place} is missing"
-        for key, place in sorted(said.options.items())
+        for key, place in sorted(manifest.options.items())
         if place not in held
     ]
     return verdict("files", problems, f"{len(held)} files have the hashes of the manifest")
@@ -89,7 +90,7 @@ def weights(folder: Path, names: Sequence[str]) -> Check:
     return verdict("weights", problems, f"{count} files of weights, none of which can run code")
 
 
-def opened(folder: Path, said: Manifest) -> tuple[Check, Bundle | None]:
+def opened(folder: Path, manifest: Manifest) -> tuple[Check, Bundle | None]:
     """Read records and action logs and hold them against each other and the manifest."""
     try:
         records = Store(folder).read()
@@ -100,36 +101,38 @@ def opened(folder: Path, said: Manifest) -> tuple[Check, Bundle | None]:
     except RightOfWayError as error:
         words = str(error).replace(f"{folder}/", "")
         return Check("records", "failed", words), None
-    problems = [*_foreign(records, said), *_grid(records), *_unlogged(records, logs)]
-    if len(paths) > len(logs) or logs.keys() - {one.episode for one in records}:
+    problems = [*_foreign(records, manifest), *_grid(records), *_unlogged(records, logs)]
+    if len(paths) > len(logs) or logs.keys() - {record.episode for record in records}:
         problems.append("there are action logs of episodes without a record, or two of one")
-    good = sum(one.status == "ok" for one in records)
+    good = sum(record.status == "ok" for record in records)
     if not good:
         problems.append("no episode ended well")
     if problems:
         return verdict("records", problems, ""), None
     others = len(records) - good
     words = f"{good} episodes with their action logs"
-    if own := sorted({one.scenario for one in records if not rescoring.is_shipped(one.scenario)}):
+    if own := sorted(
+        {record.scenario for record in records if not rescoring.is_shipped(record.scenario)}
+    ):
         words += f", on scenarios of its own ({', '.join(own)})"
     if others:
-        bad = next(one for one in records if one.status != "ok")
+        bad = next(record for record in records if record.status != "ok")
         words += f"; {others} did not end well, such as seed {bad.seed} of {bad.scenario}"
         words += f" ({bad.status}: {bad.reason})"
     check = Check("records", "noted" if others else "ok", words)
-    return check, Bundle(folder, said, records, logs)
+    return check, Bundle(folder, manifest, records, logs)
 
 
-def _foreign(records: Sequence[Record], said: Manifest) -> Iterator[str]:
-    for one in records:
-        where = reference.place(one.scenario, one.rate, one.seed)
-        if one.controller != said.name:
-            yield f'{where}: of "{one.controller}", the manifest names "{said.name}"'
-        if one.versions != said.versions:
+def _foreign(records: Sequence[Record], manifest: Manifest) -> Iterator[str]:
+    for record in records:
+        where = reference.place(record.scenario, record.rate, record.seed)
+        if record.controller != manifest.name:
+            yield f'{where}: of "{record.controller}", the manifest names "{manifest.name}"'
+        if record.versions != manifest.versions:
             yield f"{where}: made with other versions than the manifest names"
-        if one.status == "ok" and (one.weights_hash, one.trained_on) != (
-            said.weights_hash,
-            said.trained_on,
+        if record.status == "ok" and (record.weights_hash, record.trained_on) != (
+            manifest.weights_hash,
+            manifest.trained_on,
         ):
             yield f"{where}: other weights or training traffic than the manifest declares"
 
@@ -137,8 +140,8 @@ def _foreign(records: Sequence[Record], said: Manifest) -> Iterator[str]:
 def _grid(records: Sequence[Record]) -> Iterator[str]:
     """Seeds that were picked, or cells that were left out, would make any figure good."""
     cells: dict[tuple[str, float | None], list[int]] = {}
-    for one in records:
-        cells.setdefault((one.scenario, one.rate), []).append(one.seed)
+    for record in records:
+        cells.setdefault((record.scenario, record.rate), []).append(record.seed)
     longest = max(map(len, cells.values()))
     for (scenario, rate), seeds in cells.items():
         if sorted(seeds) != list(range(1, longest + 1)):
@@ -148,13 +151,13 @@ def _grid(records: Sequence[Record]) -> Iterator[str]:
 
 
 def _unlogged(records: Sequence[Record], logs: Logs) -> Iterator[str]:
-    for one in records:
-        if one.status == "ok":
-            log = logs.get(one.episode)
-            where = reference.place(one.scenario, one.rate, one.seed)
+    for record in records:
+        if record.status == "ok":
+            log = logs.get(record.episode)
+            where = reference.place(record.scenario, record.rate, record.seed)
             if log is None:
                 yield f"{where}: has no action log"
-            elif log.record != one:
+            elif log.record != record:
                 yield f"{where}: its action log holds another record"
 
 
@@ -166,12 +169,13 @@ def training(bundle: Bundle) -> Check:
             return Check("training", "failed", "weights, and no word of what they were trained on")
         return Check("training", "ok", "no weights, and nothing declared")
     words = "; ".join(
-        f"{', '.join(one.scenarios)} seeds {one.first} to {one.last}" for one in declared
+        f"{', '.join(traffic.scenarios)} seeds {traffic.first} to {traffic.last}"
+        for traffic in declared
     )
     met = {
         record.seed
         for record in bundle.records
-        if any(one.meets(record.scenario, record.seed) for one in declared)
+        if any(traffic.meets(record.scenario, record.seed) for traffic in declared)
     }
     if met:
         words += f"; among them are {len(met)} seeds of this evaluation: the row will be flagged"

@@ -12,7 +12,7 @@ from benchmark.plumbing.errors import BundleError
 
 
 @dataclass(frozen=True)
-class Code:
+class CodeFiles:
     """The package, or the single module, that a controller is imported from."""
 
     place: str  # module and class, as in an entry point
@@ -22,40 +22,40 @@ class Code:
     @property
     def sha256(self) -> str:
         """Over names and contents of all files."""
-        found = hashlib.sha256()
+        total = hashlib.sha256()
         for name, path in sorted(self.files.items()):
-            found.update(f"{name}\0".encode() + hashlib.sha256(path.read_bytes()).digest())
-        return found.hexdigest()
+            total.update(f"{name}\0".encode() + hashlib.sha256(path.read_bytes()).digest())
+        return total.hexdigest()
 
 
-def of(kind: type[Controller]) -> Code:
+def of(kind: type[Controller]) -> CodeFiles:
     """The code of a controller: the whole top-level package, as it lies on this disk.
 
     Raises:
         BundleError: it lies nowhere, or holds weights that can run code when they are loaded.
     """
-    name = kind.__module__
-    top = sys.modules.get(name.partition(".")[0]) or sys.modules[name]
+    module = kind.__module__
+    top = sys.modules.get(module.partition(".")[0]) or sys.modules[module]
     if top.__file__ is None:
-        raise BundleError(f"{name}: its code lies in no file; put it into a module or package")
+        raise BundleError(f"{module}: its code lies in no file; put it into a module or package")
     file = Path(top.__file__)
     if not hasattr(top, "__path__"):
-        return Code(f"{file.stem}:{kind.__qualname__}", {file.name: file})
+        return CodeFiles(f"{file.stem}:{kind.__qualname__}", {file.name: file})
     root = file.parent
-    found = {path.relative_to(root.parent).as_posix(): path for path in _files(root)}
-    if unsafe := [one for one in found if contents.is_unsafe(one)]:
+    members = {path.relative_to(root.parent).as_posix(): path for path in _files(root)}
+    if unsafe := [name for name in members if contents.is_unsafe(name)]:
         raise BundleError(
             f"{root.parent / unsafe[0]}: can run code when it is loaded; {contents.REMEDY}"
         )
-    files = {one: path for one, path in found.items() if contents.is_code(one)}
-    left_out = tuple(sorted(found.keys() - files.keys()))
-    return Code(f"{name}:{kind.__qualname__}", files, left_out)
+    files = {name: path for name, path in members.items() if contents.is_code(name)}
+    left_out = tuple(sorted(members.keys() - files.keys()))
+    return CodeFiles(f"{module}:{kind.__qualname__}", files, left_out)
 
 
-def in_folder(folder: Path, place: str) -> Code:
+def in_folder(folder: Path, place: str) -> CodeFiles:
     """The code that a bundle brings."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return Code(place, {path.relative_to(folder).as_posix(): path for path in files})
+    return CodeFiles(place, {path.relative_to(folder).as_posix(): path for path in files})
 
 
 def _files(root: Path) -> list[Path]:

@@ -45,7 +45,7 @@ class Comparison:
     @property
     def bad(self) -> list[Record]:
         """The fresh episodes that did not end well."""
-        return [one for one in self.made if one.status != "ok"]
+        return [record for record in self.made if record.status != "ok"]
 
     @property
     def fails_more_often(self) -> bool:
@@ -55,9 +55,9 @@ class Comparison:
         """
         from scipy import stats
 
-        ran = {(one.scenario, one.rate) for one in self.made}
-        before = [one for one in self.submitted if (one.scenario, one.rate) in ran]
-        table = [_bad_and_good(some) for some in (self.made, before)]
+        ran = {(record.scenario, record.rate) for record in self.made}
+        before = [record for record in self.submitted if (record.scenario, record.rate) in ran]
+        table = [_bad_and_good(records) for records in (self.made, before)]
         return bool(stats.fisher_exact(table, alternative="greater").pvalue < CHANCE)
 
     @property
@@ -68,18 +68,18 @@ class Comparison:
     @cached_property
     def cells(self) -> dict[Cell, Waits]:
         """The waiting times of each cell that both have."""
-        found: dict[Cell, dict[int, float]] = {}
-        for one in (*self.submitted, *self.made):
-            for name, junction in one.junctions.items():
+        cells: dict[Cell, dict[int, float]] = {}
+        for record in (*self.submitted, *self.made):
+            for name, junction in record.junctions.items():
                 if junction.average_waiting_time is not None:
-                    cell = found.setdefault((one.scenario, one.rate, name), {})
-                    cell[one.seed] = junction.average_waiting_time
-        return {key: cell for key, cell in found.items() if 0 < self._fresh(cell) < len(cell)}
+                    cell = cells.setdefault((record.scenario, record.rate, name), {})
+                    cell[record.seed] = junction.average_waiting_time
+        return {key: cell for key, cell in cells.items() if 0 < self._fresh(cell) < len(cell)}
 
     @cached_property
     def seeds(self) -> list[int]:
         """The fresh ones."""
-        return sorted({one.seed for one in self.made})
+        return sorted({record.seed for record in self.made})
 
     def _fresh(self, cell: Waits) -> int:
         return sum(seed in self.seeds for seed in cell)
@@ -123,14 +123,15 @@ class Comparison:
         """All of it, for the report."""
         parts = [f"seeds {', '.join(map(str, self.seeds))}"]
         if self.bad:
-            one = self.bad[0]
+            record = self.bad[0]
+            example = place(record.scenario, record.rate, record.seed)
             parts.append(
                 f"{len(self.bad)} of {len(self.made)} episodes do not end well, such as "
-                f"{place(one.scenario, one.rate, one.seed)}: {one.status}: {one.reason}"
+                f"{example}: {record.status}: {record.reason}"
             )
         if self.cells:
             scenario, rate, junction = [*self.cells][self._most]
-            several = len({name for one, _, name in self.cells if one == scenario}) > 1
+            several = len({name for other, _, name in self.cells if other == scenario}) > 1
             where = f"{scenario} {junction}" if several else scenario
             before, after = self._means[self._most]
             parts.append(
@@ -142,8 +143,8 @@ class Comparison:
 
 def _bad_and_good(records: Sequence[Record]) -> tuple[int, int]:
     """How many seeds have an episode that did not end well, and how many have none."""
-    every = {one.seed for one in records}
-    bad = {one.seed for one in records if one.status != "ok"}
+    every = {record.seed for record in records}
+    bad = {record.seed for record in records if record.status != "ok"}
     return len(bad), len(every - bad)
 
 
@@ -175,17 +176,17 @@ def scores(cells: Sequence[Waits], new: Sequence[int]) -> tuple[npt.NDArray[np.f
     A column for each seed, and how many of them, the first ones, are fresh. A seed that a cell does
     not have counts as an average one.
     """
+    from scipy.stats import rankdata
+
     every_seed = {seed for cell in cells for seed in cell}
     seeds = sorted(every_seed, key=lambda seed: (seed not in new, seed))
     ranks = np.zeros((len(cells), len(seeds)))
     for row, cell in zip(ranks, cells, strict=True):
-        waits = np.array([*cell.values()])
-        for index, seed in enumerate(seeds):
-            if (wait := cell.get(seed)) is not None:
-                row[index] = np.mean(waits < wait) + np.mean(waits <= wait) - 1
+        columns = [seeds.index(seed) for seed in cell]
+        row[columns] = (2 * rankdata([*cell.values()]) - len(cell) - 1) / len(cell)
     every = np.vstack([ranks, ranks.mean(axis=0)])
     deviations = every.std(axis=1, keepdims=True)
-    found: npt.NDArray[np.float64] = np.divide(
+    standardised: npt.NDArray[np.float64] = np.divide(
         every, deviations, out=np.zeros_like(every), where=deviations > 1e-12
     )
-    return found, len(every_seed.intersection(new))
+    return standardised, len(every_seed.intersection(new))

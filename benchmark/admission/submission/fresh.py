@@ -41,45 +41,47 @@ class Runner:
         return run_with(lambda: Remote(self.reference, mine.limits, self.path), mine)
 
 
-def runner(folder: Path, said: Manifest, *, run_code: bool) -> Runner | str:
+def runner(folder: Path, manifest: Manifest, *, run_code: bool) -> Runner | str:
     """How to run a submitted controller; why not, in words, if that is impossible.
 
     An installed controller counts if its code is the submitted code.
 
     Args:
         folder: of the unpacked bundle.
-        said: its manifest.
+        manifest: its manifest.
         run_code: whether code that the bundle brings may run.
     """
-    reference = _reference(folder, said)
-    name = naming.parse(said.name).name
+    reference = _reference(folder, manifest)
+    name = naming.parse(manifest.name).name
     installed = None
     if name in plugins.discovered():  # never a file or module, which the manifest could choose
         with contextlib.suppress(RightOfWayError):
             installed = code.of(plugins.load(name))
-    if installed is not None and installed.sha256 == said.code.sha256:
+    if installed is not None and installed.sha256 == manifest.code.sha256:
         return Runner(reference)
     here = "not installed" if installed is None else "installed with other code"
-    if not said.code.included:
-        return f"{said.code.source} is {here}, and the bundle brings no code"
+    if not manifest.code.included:
+        return f"{manifest.code.source} is {here}, and the bundle brings no code"
     if not run_code:
-        return f"{said.code.source} is {here}; without --no-run-code what the bundle brings runs"
-    return Runner(reference, (str(folder / "code"), str(_installed(folder, said))))
+        return (
+            f"{manifest.code.source} is {here}; without --no-run-code what the bundle brings runs"
+        )
+    return Runner(reference, (str(folder / "code"), str(_installed(folder, manifest))))
 
 
-def _reference(folder: Path, said: Manifest) -> str:
+def _reference(folder: Path, manifest: Manifest) -> str:
     """The controller's reference with files of the bundle in place of files elsewhere."""
-    parts = naming.parse(said.name)
+    parts = naming.parse(manifest.name)
     options = parts.options()
     name = parts.placed(folder / "code").name
-    options |= {key: str(folder / place) for key, place in said.options.items()}
+    options |= {key: str(folder / place) for key, place in manifest.options.items()}
     return f"{name}?{naming.query(options)}" if options else name
 
 
-def _installed(folder: Path, said: Manifest) -> Path:
+def _installed(folder: Path, manifest: Manifest) -> Path:
     """A folder that makes the bundle's code an installed distribution, for its entry point."""
-    name, _, version = said.code.source.partition(" ")
-    entry = said.name.partition("?")[0]
+    name, _, version = manifest.code.source.partition(" ")
+    entry = manifest.name.partition("?")[0]
     here = folder / "installed"
     if ":" in entry:  # found by its file or module
         here.mkdir()
@@ -88,7 +90,7 @@ def _installed(folder: Path, said: Manifest) -> Path:
     info.mkdir(parents=True)
     head = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
     (info / "METADATA").write_text(head, encoding="utf-8")
-    lines = f"[{plugins.GROUP}]\n{entry} = {said.code.place}\n"
+    lines = f"[{plugins.GROUP}]\n{entry} = {manifest.code.place}\n"
     (info / "entry_points.txt").write_text(lines, encoding="utf-8")
     return here
 
@@ -103,32 +105,35 @@ def draws(count: int, bundle: Bundle, wanted: Sequence[int] = ()) -> list[list[i
         bundle: the submission.
         wanted: seeds that belong to the first draw.
     """
-    places = {one.scenario for one in bundle.records}
+    places = {record.scenario for record in bundle.records}
     met = bundle.manifest.trained_on or ()
     free = [
         seed
         for seed in FRESH_SEEDS
-        if seed not in wanted and not any(one.meets(name, seed) for one in met for name in places)
+        if seed not in wanted
+        and not any(traffic.meets(name, seed) for traffic in met for name in places)
     ]
     first = list(dict.fromkeys(wanted))
     drawn = random.SystemRandom().sample(free, min(2 * count, len(free)))
     more = max(0, count - len(first))
-    return [sorted(some) for some in ([*first, *drawn[:more]], drawn[more : more + count]) if some]
+    return [sorted(draw) for draw in ([*first, *drawn[:more]], drawn[more : more + count]) if draw]
 
 
 def again(bundle: Bundle, how: Runner, workers: int) -> Check:
     """Run the first good episode of each cell under the controller itself."""
     firsts: dict[tuple[str, float | None], Record] = {}
-    for one in sorted(bundle.good, key=lambda record: record.seed):
-        firsts.setdefault((one.scenario, one.rate), one)
-    episodes = [rescoring.LoggedEpisode.of(bundle.logs[one.episode]) for one in firsts.values()]
-    found = {
+    for record in sorted(bundle.good, key=lambda good: good.seed):
+        firsts.setdefault((record.scenario, record.rate), record)
+    episodes = [
+        rescoring.LoggedEpisode.of(bundle.logs[record.episode]) for record in firsts.values()
+    ]
+    records = {
         (record.scenario, record.rate, record.seed): record
         for _, record in LocalPool(workers, work=how).run(episodes)
     }
     problems = []
     for original in firsts.values():
-        made = found[original.scenario, original.rate, original.seed]
+        made = records[original.scenario, original.rate, original.seed]
         names = {"controller": original.controller, "controller_from": original.controller_from}
         if differing := rescoring.differences(original, made.model_copy(update=names)):
             where = naming.place(original.scenario, original.rate, original.seed)
@@ -149,12 +154,12 @@ def fresh(bundle: Bundle, how: Runner, drawn: Sequence[Sequence[int]], workers: 
             does.
         workers: processes.
     """
-    found: list[Comparison] = []
+    comparisons: list[Comparison] = []
     for seeds in drawn:
-        found.append(Comparison(bundle.records, _made(bundle, how, seeds, workers)))
-        if not found[-1].speaks_against:
+        comparisons.append(Comparison(bundle.records, _made(bundle, how, seeds, workers)))
+        if not comparisons[-1].speaks_against:
             break
-    words, last = ", and on ".join(one.words for one in found), found[-1]
+    words, last = ", and on ".join(comparison.words for comparison in comparisons), comparisons[-1]
     if last.speaks_against:
         return verdict("fresh seeds", [f"does worse on {words}: fitted to its own?"], "")
     if last.bad or not last.can_tell:
@@ -165,10 +170,10 @@ def fresh(bundle: Bundle, how: Runner, drawn: Sequence[Sequence[int]], workers: 
 
 def _made(bundle: Bundle, how: Runner, seeds: Sequence[int], workers: int) -> list[Record]:
     """The records of each cell of a bundle on other seeds."""
-    cells = {(one.scenario, one.rate): one for one in bundle.good}
+    cells = {(record.scenario, record.rate): record for record in bundle.good}
     episodes = [
-        replace(rescoring.LoggedEpisode.of(bundle.logs[one.episode]), seed=seed)
-        for one in cells.values()
+        replace(rescoring.LoggedEpisode.of(bundle.logs[record.episode]), seed=seed)
+        for record in cells.values()
         for seed in seeds
     ]
     build_ahead(episodes)

@@ -7,9 +7,10 @@ from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 from typing import Any
 
-from benchmark.admission.submission import archive, contents, manifest
+from benchmark.admission.submission import archive, contents
 from benchmark.admission.submission import code as codes
-from benchmark.admission.submission.code import Code
+from benchmark.admission.submission import manifest as manifests
+from benchmark.admission.submission.code import CodeFiles
 from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import plugins
 from benchmark.control.plugins import Plugin
@@ -22,7 +23,7 @@ OWN = "rightofway"  # whose controllers every installation has
 
 
 @dataclass(frozen=True)
-class Words:
+class Attribution:
     """What the command line says of a submission; None takes the package's metadata."""
 
     authors: Sequence[str] = ()
@@ -32,23 +33,23 @@ class Words:
 
 
 @dataclass(frozen=True)
-class Subject:
+class Submission:
     """A controller that is to be submitted, with all that has to be known before it runs."""
 
     plugin: Plugin
     source: str
-    code: Code
+    code: CodeFiles
     includes_code: bool
-    words: Words
+    attribution: Attribution
 
     @property
     def option_files(self) -> dict[str, Path]:
         """Options whose values are files."""
-        return {key: one for key, one in self.plugin.options.items() if isinstance(one, Path)}
+        return {key: path for key, path in self.plugin.options.items() if isinstance(path, Path)}
 
 
-def subject(reference: str, words: Words, *, with_code: bool) -> Subject:
-    """Gather what is to be said of a controller.
+def gather(reference: str, attribution: Attribution, *, with_code: bool) -> Submission:
+    """Gather all that is to be said of a controller.
 
     Raises:
         ControllerError: there is no such controller.
@@ -58,42 +59,42 @@ def subject(reference: str, words: Words, *, with_code: bool) -> Subject:
     """
     plugin = plugins.find(reference)
     source = plugins.provenance(reference)
-    found = Subject(
+    submission = Submission(
         plugin,
         source,
         codes.of(plugin.kind),
         with_code and source.partition(" ")[0] != OWN,
-        _completed(plugin, source, words),
+        _completed(plugin, source, attribution),
     )
-    one = plugin.new()
-    if one.weights_hash and one.trained_on is None:
+    controller = plugin.new()
+    if controller.weights_hash and controller.trained_on is None:
         raise BundleError(
             f"{reference}: has weights and does not declare what they were trained on; set "
             "trained_on, as in trained_on = (Training(scenarios=..., first=..., last=...),)"
         )
-    for key, path in found.option_files.items():
+    for key, path in submission.option_files.items():
         if why := contents.place_problem(f"weights/{path.name}") or contents.content_problem(path):
             raise BundleError(f"{reference}: {key}: {path} {why}")
-    return found
+    return submission
 
 
-def _completed(plugin: Plugin, source: str, words: Words) -> Words:
+def _completed(plugin: Plugin, source: str, attribution: Attribution) -> Attribution:
     facts = _package(source.partition(" ")[0])
-    found = Words(
-        words.authors or facts.get("authors", ()),
-        words.description or plugins.description(plugin.kind),
-        words.paper or facts.get("paper", ""),
-        words.licence or facts.get("licence"),
+    complete = Attribution(
+        attribution.authors or facts.get("authors", ()),
+        attribution.description or plugins.description(plugin.kind),
+        attribution.paper or facts.get("paper", ""),
+        attribution.licence or facts.get("licence"),
     )
-    needed = {"author": found.authors, "licence": found.licence}
+    needed = {"author": complete.authors, "licence": complete.licence}
     if lacking := [name for name, value in needed.items() if not value]:
         raise BundleError(
             f"{plugin.reference}: its package does not name its {' and '.join(lacking)}; "
             f"give {' and '.join(f'--{name}' for name in lacking)}"
         )
-    if not found.description:
+    if not complete.description:
         raise BundleError(f"{plugin.reference}: has no docstring; give --description")
-    return found
+    return complete
 
 
 def _package(distribution: str) -> dict[str, Any]:
@@ -109,68 +110,70 @@ def _package(distribution: str) -> dict[str, Any]:
     papers = [url.strip() for label, _, url in links if label.strip().lower() in ("paper", "doi")]
     return {
         "authors": tuple(authors or facts.get_all("Author", [])),
-        "licence": next((one for one in licences if "\n" not in one), None),  # not a whole text
+        "licence": next((text for text in licences if "\n" not in text), None),  # not a whole text
         "paper": papers[0] if papers else "",
     }
 
 
-def write(target: Path, subject: Subject, results: Path, records: Sequence[Record]) -> None:
+def write(target: Path, submission: Submission, results: Path, records: Sequence[Record]) -> None:
     """Write a bundle, whole or not at all.
 
     Args:
         target: the file.
-        subject: whose bundle it is.
+        submission: whose bundle it is.
         results: the folder with its records and action logs.
         records: the same records.
 
     Raises:
         BundleError: no episode ended well, or the disk refuses.
     """
-    good = [one for one in records if one.status == "ok"]
+    good = [record for record in records if record.status == "ok"]
     if not good:
         raise BundleError(
-            f"{subject.plugin.reference}: none of {len(records)} episodes ended well "
+            f"{submission.plugin.reference}: none of {len(records)} episodes ended well "
             f"({records[0].status}: {records[0].reason}); there is nothing to submit"
         )
-    members = dict(_members(subject, results))
-    said = _manifest(subject, good[0], members)
+    members = dict(_members(submission, results))
+    manifest = _manifest(submission, good[0], members)
     with files.writing(target, "the bundle", BundleError, ""), files.replaced(target) as draft:
-        archive.write(draft, {manifest.NAME: said.text().encode(), **members})
+        archive.write(draft, {manifests.NAME: manifest.text().encode(), **members})
 
 
-def _members(subject: Subject, results: Path) -> Sequence[tuple[str, Path]]:
+def _members(submission: Submission, results: Path) -> Sequence[tuple[str, Path]]:
     kept = [
         (f"{folder}/{path.name}", path)
         for folder, kind in (("records", "*.jsonl"), ("actions", "*.parquet"))
         for path in sorted((results / folder).glob(kind))
     ]
-    if subject.includes_code:
-        kept += [(f"code/{name}", path) for name, path in sorted(subject.code.files.items())]
-    return [*kept, *((f"weights/{one.name}", one) for one in subject.option_files.values())]
+    if submission.includes_code:
+        kept += [(f"code/{name}", path) for name, path in sorted(submission.code.files.items())]
+    return [*kept, *((f"weights/{path.name}", path) for path in submission.option_files.values())]
 
 
-def _manifest(subject: Subject, record: Record, members: Mapping[str, Path]) -> Manifest:
-    words = subject.words
+def _manifest(submission: Submission, record: Record, members: Mapping[str, Path]) -> Manifest:
+    attribution = submission.attribution
     trained_on: tuple[Training, ...] | None = record.trained_on
     versions: Versions = record.versions
-    assert words.description is not None
-    assert words.licence is not None
+    assert attribution.description is not None
+    assert attribution.licence is not None
     return Manifest(
-        format=manifest.FORMAT,
+        format=manifests.FORMAT,
         name=record.controller,
-        authors=tuple(words.authors),
-        description=words.description,
-        paper=words.paper or "",
-        licence=words.licence,
-        code=manifest.Code(
-            source=subject.source if " " in subject.source else f"{subject.source} unversioned",
-            place=subject.code.place,
-            sha256=subject.code.sha256,
-            included=subject.includes_code,
+        authors=tuple(attribution.authors),
+        description=attribution.description,
+        paper=attribution.paper or "",
+        licence=attribution.licence,
+        code=manifests.CodeOrigin(
+            source=submission.source
+            if " " in submission.source
+            else f"{submission.source} unversioned",
+            place=submission.code.place,
+            sha256=submission.code.sha256,
+            included=submission.includes_code,
         ),
         weights_hash=record.weights_hash,
         trained_on=trained_on,
-        options={key: f"weights/{one.name}" for key, one in subject.option_files.items()},
+        options={key: f"weights/{path.name}" for key, path in submission.option_files.items()},
         versions=versions,
-        files={name: manifest.sha256(path) for name, path in members.items()},
+        files={name: manifests.sha256(path) for name, path in members.items()},
     )

@@ -22,7 +22,7 @@ Line = Annotated[str, Field(min_length=1, max_length=2000)]
 Sha256 = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
-class Code(Table):
+class CodeOrigin(Table):
     """Where a controller's code is from."""
 
     source: str = Field(pattern=r"^[\w.-]+ [\w.:+!-]+$", description="distribution and version")
@@ -40,7 +40,7 @@ class Manifest(Table):
     description: Line
     paper: str = Field("", max_length=2000, description="its title, DOI or address")
     licence: Line = Field(description="an SPDX expression, such as Apache-2.0")
-    code: Code
+    code: CodeOrigin
     weights_hash: str | None = Field(None, description="as in records")
     trained_on: tuple[Training, ...] | None = Field(
         None, description="the traffic that weights or settings were fitted to"
@@ -76,15 +76,15 @@ def parse(document: dict[str, Any]) -> Manifest:
         BundleError: as ``read``.
     """
     try:
-        found = Manifest.model_validate_json(json.dumps(document, default=str))
+        manifest = Manifest.model_validate_json(json.dumps(document, default=str))
     except ValidationError as error:
         raise BundleError(explain(error, Manifest, NAME)) from error
-    for name in (*found.files, *found.options.values()):
+    for name in (*manifest.files, *manifest.options.values()):
         if why := confined.problem(name):
             raise BundleError(f"{NAME}: the path {name!r} {why}")
-    if not re.fullmatch(r"[\w.:-]+(\?.*)?", found.name):
-        raise BundleError(f'{NAME}: name: "{found.name}" is no reference to a controller')
-    return found
+    if not re.fullmatch(r"[\w.:-]+(\?.*)?", manifest.name):
+        raise BundleError(f'{NAME}: name: "{manifest.name}" is no reference to a controller')
+    return manifest
 
 
 def sha256(path: Path) -> str:

@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmark.admission.submission import archive, checks, fresh, manifest
+from benchmark.admission.submission import archive, checks, fresh
+from benchmark.admission.submission import manifest as manifests
 from benchmark.admission.submission.checks import Bundle, Check, verdict
 from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import reference
@@ -40,7 +41,7 @@ class Verification:
     @property
     def objections(self) -> list[Check]:
         """The checks that speak against it."""
-        return [one for one in self.checks if one.verdict == "failed"]
+        return [check for check in self.checks if check.verdict == "failed"]
 
 
 def verify(path: Path, wishes: Wishes) -> Verification:
@@ -51,20 +52,20 @@ def verify(path: Path, wishes: Wishes) -> Verification:
         UsageError: a wish makes no sense with it.
     """
     with _unpacked(path) as (folder, names):
-        said = manifest.read(folder)
-        found = [checks.files(folder, names, said), checks.weights(folder, names)]
-        if any(one.verdict == "failed" for one in found):
-            return Verification(said, _rest(found))
-        check, bundle = checks.opened(folder, said)
-        found.append(check)
+        manifest = manifests.read(folder)
+        done = [checks.files(folder, names, manifest), checks.weights(folder, names)]
+        if any(check.verdict == "failed" for check in done):
+            return Verification(manifest, _rest(done))
+        check, bundle = checks.opened(folder, manifest)
+        done.append(check)
         if bundle is None:
-            return Verification(said, _rest(found))
-        if used := {one.seed for one in bundle.records}.intersection(wishes.seeds):
+            return Verification(manifest, _rest(done))
+        if used := {record.seed for record in bundle.records}.intersection(wishes.seeds):
             raise UsageError(f"--fresh-seed {min(used)}: is among the submitted seeds; give others")
-        found += [checks.training(bundle), _replayed(bundle, wishes.workers)]
-        if not any(one.verdict == "failed" for one in found):
-            found += _with_controller(bundle, wishes)
-        return Verification(said, _rest(found), bundle.records)
+        done += [checks.training(bundle), _replayed(bundle, wishes.workers)]
+        if not any(check.verdict == "failed" for check in done):
+            done += _with_controller(bundle, wishes)
+        return Verification(manifest, _rest(done), bundle.records)
 
 
 @contextmanager
@@ -74,14 +75,14 @@ def _unpacked(path: Path) -> Iterator[tuple[Path, list[str]]]:
         yield folder, archive.extract(path, folder)
 
 
-def _rest(found: Sequence[Check]) -> list[Check]:
+def _rest(done: Sequence[Check]) -> list[Check]:
     """The checks, and that those after the first failure were left."""
-    left = [Check(name, "not checked", "after what failed before") for name in STEPS[len(found) :]]
-    return [*found, *left]
+    left = [Check(name, "not checked", "after what failed before") for name in STEPS[len(done) :]]
+    return [*done, *left]
 
 
 def _replayed(bundle: Bundle, workers: int) -> Check:
-    episodes = [rescoring.LoggedEpisode.of(bundle.logs[one.episode]) for one in bundle.good]
+    episodes = [rescoring.LoggedEpisode.of(bundle.logs[record.episode]) for record in bundle.good]
     build_ahead(episodes)
     running = LocalPool(workers, work=rescoring.score).run(episodes)
     made = {record.episode: record for _, record in running}
@@ -98,8 +99,8 @@ def _with_controller(bundle: Bundle, wishes: Wishes) -> list[Check]:
     how = fresh.runner(bundle.folder, bundle.manifest, run_code=wishes.run_code)
     if isinstance(how, str):
         return [Check(name, "not checked", how) for name in STEPS[5:]]
-    found = [fresh.again(bundle, how, wishes.workers)]
+    done = [fresh.again(bundle, how, wishes.workers)]
     drawn = fresh.draws(wishes.fresh, bundle, wishes.seeds)
     if not drawn:
-        return [*found, Check("fresh seeds", "not checked", "none were asked for")]
-    return [*found, fresh.fresh(bundle, how, drawn, wishes.workers)]
+        return [*done, Check("fresh seeds", "not checked", "none were asked for")]
+    return [*done, fresh.fresh(bundle, how, drawn, wishes.workers)]
