@@ -31,6 +31,6 @@ def test_the_headline_is_the_papers_waiting_time() -> None:
 
 def test_the_page_of_methods_says_what_the_measures_say() -> None:
     lines = (ROOT / "docs" / "methods.md").read_text("utf-8").splitlines()
-    start = lines.index("| figure | unit | definition |") + 2
+    start = lines.index("| measure | unit | definition |") + 2
     rows = [f"| {measure.title} | {measure.unit} | {measure.words} |" for measure in MEASURES]
     assert lines[start : start + len(rows)] == rows
