@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from benchmark.commands import console
+from benchmark.commands.options import Records
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import RightOfWayError, UsageError
 
@@ -13,9 +14,7 @@ EXAMPLE, SEEDS = "334", (1, 2, 3)  # where and in which episodes a lane change i
 
 
 def paper(
-    records: Annotated[
-        Path, typer.Option("--records", help="Results folder, or its records folder.")
-    ] = Path("results"),
+    records: Records = Path("results"),
     out: Annotated[Path, typer.Option(help="Folder for PAPER.md and figures.")] = Path(
         "results/paper"
     ),
@@ -32,12 +31,11 @@ def paper(
     from benchmark.records.store import Store
     from benchmark.study.suite import load_suite
 
-    folder = records.parent if records.name == "records" else records
-    samples = Samples(Store(folder, notice=console.notice).read())
+    samples = Samples(Store(records, notice=console.notice).read())
     if not samples.controllers:
         raise UsageError(
-            f"{folder}: no records of the paper's intersections; make some with "
-            f"`rightofway run paper --out {folder}`"
+            f"{records}: no records of the paper's intersections; make some with "
+            f"`rightofway run paper --out {records}`"
         )
     suite = load_suite(missing.SUITE)
     remedy = "choose another folder with --out"
@@ -47,7 +45,7 @@ def paper(
     example = _example(controller, out / report.LANE_CHANGE) if lane_change else ""
     pictures = figures.write(samples, out)
     with files.writing(target := out / "PAPER.md", remedy=remedy):
-        text = report.report(samples, suite, folder, pictures, example)
+        text = report.report(samples, suite, records, pictures, example)
         target.write_text(text, encoding="utf-8")
     for gap in missing.gaps(samples, suite):
         console.notice(f"{gap.controller}: {gap.words}")

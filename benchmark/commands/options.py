@@ -5,12 +5,9 @@ from typing import Annotated
 
 import typer
 
+from benchmark.plumbing.files import results_folder
+
 LARGEST_SEED = 2**31 - 1  # of SUMO
-
-
-def results_folder(path: Path) -> Path:
-    """The results folder, where its records folder may be given too."""
-    return path.parent if path.name == "records" else path
 
 
 OneScenario = Annotated[

@@ -11,7 +11,7 @@ import typer
 
 from benchmark.commands import console
 from benchmark.commands.choice import suite_named
-from benchmark.commands.options import Workers, results_folder
+from benchmark.commands.options import Workers
 from benchmark.commands.progress import progress_bar
 from benchmark.plumbing import files as output_files
 from benchmark.plumbing.errors import UsageError
@@ -167,7 +167,7 @@ def _scenarios(references: Sequence[str], declared: "Suite | None") -> "list[Sce
 def _read(folder: Path) -> "list[Record]":
     from benchmark.records.store import Store
 
-    return Store(results_folder(folder), notice=console.notice).read()
+    return Store(output_files.results_folder(folder), notice=console.notice).read()
 
 
 def _run_again(

@@ -20,6 +20,11 @@ def cache_folder() -> Path:
     return Path(chosen) if chosen else platformdirs.user_cache_path("rightofway")
 
 
+def results_folder(path: Path) -> Path:
+    """The results folder, where its records folder may be given too."""
+    return path.parent if path.name == "records" else path
+
+
 @contextmanager
 def writing(
     path: Path,

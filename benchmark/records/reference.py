@@ -37,7 +37,7 @@ def read_reference(folder: Path, notice: Notice) -> RegressionReference:
     Raises:
         StoreError: there is none, it is not whole, or it is of a newer schema.
     """
-    folder = folder.parent if folder.name == "records" else folder
+    folder = files.results_folder(folder)
     records = Store(folder, notice=_refuse).read() if _has_records(folder) else []
     if not records:
         raise StoreError(

@@ -55,9 +55,7 @@ def find_scenario(reference: str) -> Scenario:
     scenarios = find_scenarios([reference])
     if len(scenarios) != 1:
         names = ", ".join(scenario.name for scenario in scenarios)
-        raise ScenarioError(
-            f'"{reference}" names {len(scenarios)} scenarios ({names}); choose one'
-        )
+        raise ScenarioError(f'"{reference}" names {len(scenarios)} scenarios ({names}); choose one')
     return scenarios[0]
 
 
