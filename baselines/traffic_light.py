@@ -33,7 +33,7 @@ class TrafficLightWebster(TrafficLight):
         deployed = scenario.junctions[junction].signal
         if deployed is None:
             return None
-        intersection = network.build(scenario).junctions[junction].intersection
+        intersection = network.build_network(scenario).junctions[junction].intersection
         return webster.retimed(scenario, intersection, deployed)
 
 

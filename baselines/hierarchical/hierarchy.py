@@ -22,7 +22,7 @@ from baselines.hierarchical.policy import (
 from benchmark.control.controller import Command, Controller, Drive
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
-from benchmark.control.training import declared
+from benchmark.control.training import declared_training
 from benchmark.learning.weights import Weights, load
 
 SHIPPED = Path(__file__).parent / "weights"
@@ -61,7 +61,7 @@ class Hierarchy(Controller):
             shipped = SHIPPED / f"{self.NAME}-{training or self.MEDIAN}.safetensors"
             self._weights = _read(weights or shipped, self.SIZE)
             self.weights_hash = self._weights.hash
-            self.trained_on = declared(self._weights.notes)
+            self.trained_on = declared_training(self._weights.notes)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection."""

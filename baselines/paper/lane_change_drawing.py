@@ -42,7 +42,7 @@ def draw(scenario: Scenario, change: LaneChange, target: Path) -> None:
     Raises:
         UsageError: the file cannot be written.
     """
-    built = network.build(scenario)
+    built = network.build_network(scenario)
     junction = built.junctions[change.after.intersection.id]
     scene = Scene(scenario, junction, ground.surroundings(built))
     with style.styled():

@@ -59,7 +59,7 @@ def _plan(
     """The intersection with two ways and the stretches on which they meet."""
     from benchmark.pictures.axes import ASPHALT, Scene, draw_asphalt, draw_stop_lines
 
-    roads, conflicts = network.build(scenario), traffic.conflicts
+    roads, conflicts = network.build_network(scenario), traffic.conflicts
     junction = roads.junctions[traffic.junction]
     scene = Scene(scenario, junction, ground.surroundings(roads))
     draw_asphalt(axes, scene, ASPHALT)

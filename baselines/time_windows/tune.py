@@ -30,7 +30,7 @@ from benchmark.records.record import Record
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
 from benchmark.study import outcome
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes, build_ahead
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ class Scorer:
     def __init__(
         self, settings: SearchSettings, scenarios: Sequence[Scenario], workers: "ProcessPool"
     ) -> None:
-        if plugins.load(settings.reference).needs_robot_vehicles:
+        if plugins.load_class(settings.reference).needs_robot_vehicles:
             raise UsageError(f'reference: "{settings.reference}" needs RVs; choose a signal')
         self.settings = settings
         self._scenarios, self._workers = scenarios, workers
@@ -206,7 +206,7 @@ class Scorer:
 
     def _run(self, episodes: Sequence[Episode]) -> Iterator[Record | None]:
         futures: list[Future[Record]] = [
-            self._workers.schedule(run, args=(episode,), timeout=outcome.TIME_LIMIT)
+            self._workers.schedule(run_episode, args=(episode,), timeout=outcome.TIME_LIMIT)
             for episode in episodes
         ]
         for future in futures:

@@ -10,7 +10,7 @@ from benchmark.control.arbitration import undecided
 from benchmark.control.controller import Command, Controller, Go, Stop
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
-from benchmark.control.training import declared
+from benchmark.control.training import declared_training
 from benchmark.learning.observation import Layout, Observer
 from benchmark.learning.weights import Weights, load
 
@@ -36,7 +36,7 @@ class Wang(Controller):
             weights or SHIPPED / f"{self.NAME}.safetensors", self.LAYOUT, self.ATOMS
         )
         self.weights_hash = self._weights.hash
-        self.trained_on = declared(self._weights.notes)
+        self.trained_on = declared_training(self._weights.notes)
         self._policy = Greedy(self._weights.arrays)
 
     def reset(self, intersection: Intersection, seed: int) -> None:

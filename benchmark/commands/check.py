@@ -91,7 +91,9 @@ def _check_controllers(references: Sequence[str], scenarios: Sequence[str]) -> N
     from benchmark.control import plugins
 
     once = dict.fromkeys(references)
-    controllers = [plugins.find(reference) for reference in once]  # all, before any is run
+    controllers = [
+        plugins.find_controller(reference) for reference in once
+    ]  # all, before any is run
     failed = 0
     for plugin in controllers:
         results = check_controller(plugin.reference, scenarios)

@@ -1,4 +1,4 @@
-"""The episodes and the suite that a command's options name; slips deserve words of their own."""
+"""The episodes and the suite that a command's options name; likely slips have their messages."""
 
 import re
 from collections.abc import Sequence

@@ -13,8 +13,8 @@ def list_installed() -> None:
     from benchmark.study.suite import load_suite, shipped_suites
 
     scenarios = Table("scenario", "title", box=None)
-    for name, path in catalogue.shipped().items():
-        scenarios.add_row(name, console.literal(scenario.load(path).title))
+    for name, path in catalogue.shipped_scenarios().items():
+        scenarios.add_row(name, console.literal(scenario.load_scenario(path).title))
     suites = Table("suite", "scenarios", "controllers", box=None)
     for column in suites.columns:
         column.overflow = "fold"  # references can be copied whole
@@ -24,7 +24,7 @@ def list_installed() -> None:
     controllers = Table("controller", "rules", "description", "options", box=None)
     for name in plugins.discovered():
         try:
-            kind = plugins.load(name)
+            kind = plugins.load_class(name)
         except ControllerError as error:
             controllers.add_row(name, "broken", console.literal(str(error)))
         else:

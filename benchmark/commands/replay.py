@@ -128,7 +128,7 @@ def _scored(
     from benchmark.study.episodes import build_ahead
     from benchmark.study.pool import LocalPool
 
-    logs = {path: action_log.read(_log(path)) for path in dict.fromkeys(paths)}
+    logs = {path: action_log.read_log(_log(path)) for path in dict.fromkeys(paths)}
     for log in logs.values():
         rescoring.check_scenario(log)
     episodes = [rescoring.LoggedEpisode.of(log) for log in logs.values()]
@@ -138,7 +138,7 @@ def _scored(
     if wanted:
         again, shown = _recorded(episodes)
     else:
-        running = LocalPool(workers or cores(), work=rescoring.score).run(episodes)
+        running = LocalPool(workers or cores(), work=rescoring.rescore).run(episodes)
         again = {record.episode: record for _, record in running}
     same = [_tell(log, again[log.record.episode]) for log in logs.values()]
     return all(same), shown
@@ -171,7 +171,7 @@ def _recorded(
     trajectories = []
     for episode in episodes:
         recorder = Recorder()
-        record = rescoring.score(episode, recorder)
+        record = rescoring.rescore(episode, recorder)
         records[record.episode] = record
         if record.status == "ok":
             trajectories.append(recorder.trajectories(record))

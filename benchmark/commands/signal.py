@@ -21,9 +21,9 @@ def signal(scenario: OneScenario) -> None:
         console.notice(
             f"{timed.name}: has a signal program; take it out before you append this one"
         )
-    roads = network.build(timed)
+    roads = network.build_network(timed)
     for intersection in roads.intersections:
-        program = webster.propose(timed, intersection)
+        program = webster.propose_program(timed, intersection)
         where = f" at {intersection.id}" if len(roads.junctions) > 1 else ""
         typer.echo(
             f"# {timed.name}{where}: cycle {program.cycle:g} s, Webster's method on the peak counts"

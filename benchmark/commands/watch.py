@@ -25,7 +25,7 @@ def watch(
         os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     ):
         raise UsageError("watch needs a screen, and neither DISPLAY nor WAYLAND_DISPLAY is set")
-    record = episode.run(watched, episode.Audience(window=True))
+    record = episode.run_episode(watched, episode.Audience(window=True))
     typer.echo(f"{record.status}{f': {record.reason}' if record.reason else ''}")
     if record.status not in ("ok", "skipped"):
         raise typer.Exit(1)

@@ -45,10 +45,10 @@ def beside(out: Path, *, actions: bool, pages: bool) -> Beside:
     from benchmark.study import action_log, episode, rescoring
     from benchmark.study.resume import Keepsake, action_logs
 
-    work: Work = episode.run
+    work: Work = episode.run_episode
     keepsakes: tuple[Keepsake, ...] = ()
     options: tuple[str, ...] = ()
-    logs = action_log.folder_in(out) if actions else None
+    logs = action_log.log_folder(out) if actions else None
     if logs is not None:
         work = partial(rescoring.run_logged, folder=logs)
         keepsakes, options = (action_logs(logs),), ("--log-actions",)

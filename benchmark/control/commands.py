@@ -27,7 +27,7 @@ class Written(NamedTuple):
     name: Name | None = None  # of the phase, or of the type of what is no command
 
 
-def write(target: object, command: object) -> Written:
+def write_command(target: object, command: object) -> Written:
     """A command in writing."""
     who = text(target) if isinstance(target, str) else None
     kind = type(command)
@@ -42,7 +42,7 @@ def write(target: object, command: object) -> Written:
     return Written(who, "other", name=text(kind.__name__))
 
 
-def read(lines: Iterable[Written]) -> Mapping[Any, Command]:
+def read_commands(lines: Iterable[Written]) -> Mapping[Any, Command]:
     """The answer that commands were, as the rules are to judge it."""
     return {object() if line.target is None else line.target: _command(line) for line in lines}
 

@@ -18,7 +18,7 @@ CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "
 class Declaration:
     """What a controller's class says of itself, wherever it runs; see ``Controller``."""
 
-    reference: str  # as ``benchmark.control.plugins.find`` reads it from any folder
+    reference: str  # as ``benchmark.control.plugins.find_controller`` reads it from any folder
     rules: Rules
     arbitration: Arbitration
     needs_robot_vehicles: bool

@@ -1,6 +1,6 @@
 """How controllers are found: installed, in a file, or in a module.
 
-``find`` is the one door: it takes any reference of ``benchmark.control.reference`` and checks its
+``find_controller`` is the one door: it takes any reference of ``benchmark.control.reference`` and checks its
 options against the constructor's signature.
 """
 
@@ -29,7 +29,7 @@ GROUP = "rightofway.controllers"
 class Plugin:
     """A controller as it is to be run: its class and its options."""
 
-    reference: str  # as ``find`` reads it from any folder: files absolute, options sorted by name
+    reference: str  # as ``find_controller`` reads it from any folder: files absolute, options sorted by name
     kind: type[Controller]
     options: Mapping[str, object] = field(default_factory=dict)
 
@@ -54,7 +54,7 @@ def discovered() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name)}
 
 
-def find(text: str, folder: Path = Path()) -> Plugin:
+def find_controller(text: str, folder: Path = Path()) -> Plugin:
     """The controller that a reference names, with its options.
 
     Args:
@@ -63,16 +63,16 @@ def find(text: str, folder: Path = Path()) -> Plugin:
         folder: where a file's relative path begins.
 
     Raises:
-        ControllerError: as ``load``; an option is unknown, missing, given twice or has a wrong
+        ControllerError: as ``load_class``; an option is unknown, missing, given twice or has a wrong
             value.
     """
     parts = naming.parse(text).placed(folder)
-    kind = load(parts.name)
+    kind = load_class(parts.name)
     options = _checked_options(parts, kind)
     return Plugin(str(replace(parts, query=naming.query(options))), kind, options)
 
 
-def load(name: str) -> type[Controller]:
+def load_class(name: str) -> type[Controller]:
     """The class that a reference without options names.
 
     Raises:

@@ -2,7 +2,7 @@
 
 ``virtual-signal?green=15&clearance=4``, ``path/to/file.py:MyController`` and
 ``package.module:MyController`` are references; in TOML a table with a ``name`` is one as well.
-Only text is handled here; ``benchmark.control.plugins.find`` leads to the class.
+Only text is handled here; ``benchmark.control.plugins.find_controller`` leads to the class.
 """
 
 import os

@@ -39,7 +39,7 @@ def _without_demand(scenario: str) -> str:
     return scenario.rpartition("@")[0] or scenario
 
 
-def declared(notes: Mapping[str, Any]) -> tuple[Training, ...] | None:
+def declared_training(notes: Mapping[str, Any]) -> tuple[Training, ...] | None:
     """What weights were trained and validated on, from the notes in their file.
 
     Returns:

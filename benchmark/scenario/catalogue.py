@@ -5,7 +5,7 @@ from pathlib import Path
 
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.plumbing.messages import nearest
-from benchmark.scenario.scenario import Scenario, load
+from benchmark.scenario.scenario import Scenario, load_scenario
 
 LONGEST_NAME = 255  # of a file or folder
 LARGEST_DEMAND = 100_000  # veh/h behind an @
@@ -17,7 +17,7 @@ def shipped_folder() -> Path:
     return inside if inside.is_dir() else Path(__file__).parents[2] / "scenarios"
 
 
-def shipped() -> dict[str, Path]:
+def shipped_scenarios() -> dict[str, Path]:
     """The shipped scenario files by name, as in ``colorado-springs/229``."""
     return {f"{path.parent.name}/{path.stem}": path for path in _files(shipped_folder())}
 
@@ -41,7 +41,7 @@ def find_scenarios(references: Iterable[str], also: Iterable[str] = ()) -> list[
         for path in _resolve(place, others):
             paths.setdefault((path.resolve(), demand), path)
     return [
-        load(path) if demand is None else load(path).at_demand(demand)
+        load_scenario(path) if demand is None else load_scenario(path).at_demand(demand)
         for (_, demand), path in paths.items()
     ]
 
@@ -65,7 +65,7 @@ def reference_of(scenario: Scenario) -> str:
         return scenario.name
     name = f"{scenario.path.resolve().parent.name}/{scenario.path.stem}"
     demand = scenario.name.removeprefix(name)  # as in @700
-    place = name if shipped().get(name) == scenario.path else str(scenario.path)
+    place = name if shipped_scenarios().get(name) == scenario.path else str(scenario.path)
     return place + demand
 
 
@@ -86,7 +86,7 @@ def _split(reference: str) -> tuple[str, float | None]:
 
 
 def _resolve(reference: str, also: Iterable[str]) -> list[Path]:
-    path, known = Path(reference), shipped()
+    path, known = Path(reference), shipped_scenarios()
     if any(len(part) > LONGEST_NAME for part in path.parts):
         raise ScenarioError(f'unknown scenario "{reference[:40]}...": no file has such a long name')
     if path.is_file() or path.suffix == ".toml":

@@ -224,7 +224,7 @@ class Scenario(Table):
                 yield f'signal.phases: movement "{movement}" is never green; add it to a phase'
 
 
-def load(path: Path) -> Scenario:
+def load_scenario(path: Path) -> Scenario:
     """Read and validate a scenario file.
 
     Raises:
@@ -232,12 +232,14 @@ def load(path: Path) -> Scenario:
             message names the file, the key's path, the value, what was expected.
     """
     document = toml_file.read(path, ScenarioError)
-    scenario = parse(document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}")
+    scenario = parse_scenario(
+        document, source=str(path), name=f"{path.resolve().parent.name}/{path.stem}"
+    )
     scenario._path = path
     return scenario
 
 
-def parse(document: dict[str, Any], source: str, name: str) -> Scenario:
+def parse_scenario(document: dict[str, Any], source: str, name: str) -> Scenario:
     """Validate a parsed TOML document.
 
     Args:

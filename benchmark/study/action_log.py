@@ -45,12 +45,12 @@ class ActionLog:
     actions: Sequence[Action]
 
 
-def folder_in(results: Path) -> Path:
+def log_folder(results: Path) -> Path:
     """Where a results folder keeps its logs."""
     return results / "actions"
 
 
-def name_of(episode: Key) -> str:
+def log_name(episode: Key) -> str:
     """The file's name: for people to find it, and a hash that tells every two episodes apart."""
     scenario, _, *others = episode
     words = [scenario, *map(str, others)]
@@ -59,7 +59,7 @@ def name_of(episode: Key) -> str:
     return f"{'_'.join([*plain, code])}.parquet"
 
 
-def write(folder: Path, recording: Recording, record: Record, scenario: Scenario) -> Path:
+def write_log(folder: Path, recording: Recording, record: Record, scenario: Scenario) -> Path:
     """Write a log, whole or not at all.
 
     Raises:
@@ -73,7 +73,7 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
         "programs": PROGRAMS.dump_python(dict(recording.programs), mode="json"),
     }
     head["sha256"] = _digest(head, rows)
-    path = folder / name_of(record.episode)
+    path = folder / log_name(record.episode)
     with files.writing(path, "the action log", StoreError, ""), files.replaced(path) as draft:
         rows.write_parquet(
             draft,
@@ -85,19 +85,19 @@ def write(folder: Path, recording: Recording, record: Record, scenario: Scenario
     return path
 
 
-def is_kept(folder: Path, episode: Key, identity: str) -> bool:
+def has_log(folder: Path, episode: Key, identity: str) -> bool:
     """Whether a folder has the log of just this episode; its commands are not looked at."""
     import polars
     from polars.exceptions import PolarsError
 
     try:
-        head = json.loads(polars.read_parquet_metadata(folder / name_of(episode)).get(KEY, ""))
+        head = json.loads(polars.read_parquet_metadata(folder / log_name(episode)).get(KEY, ""))
         return bool(head["record"]["identity"] == identity)
     except (OSError, ValueError, KeyError, TypeError, PolarsError):
         return False
 
 
-def read(path: Path) -> ActionLog:
+def read_log(path: Path) -> ActionLog:
     """Read a log and check that it is whole.
 
     Raises:
@@ -118,7 +118,7 @@ def read(path: Path) -> ActionLog:
     try:
         record = Record.model_validate_json(json.dumps(head["record"]))
         programs = PROGRAMS.validate_json(json.dumps(head["programs"]))
-        scenario = scenarios.parse(head["scenario"], str(path), record.scenario)
+        scenario = scenarios.parse_scenario(head["scenario"], str(path), record.scenario)
     except (KeyError, TypeError, ScenarioError, ValidationError) as error:
         raise ActionLogError(
             f"{path}: its record, scenario or signal programs are none ({_line(error)}); was the "

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 
-from benchmark.control.commands import Written, read, write
+from benchmark.control.commands import Written, read_commands, write_command
 from benchmark.control.controller import Command, Controller
 from benchmark.control.intersection import Intersection
 from benchmark.control.plugins import Plugin
@@ -46,7 +46,7 @@ class Recording:
             step = self._steps[junction]
             self._steps[junction] += 1
             self.actions.extend(
-                Action(step, junction, *write(target, command))
+                Action(step, junction, *write_command(target, command))
                 for target, command in commands.items()
             )
 
@@ -82,7 +82,7 @@ class Spoken(Controller):
         for action in self._actions:
             if action.junction == intersection.id:
                 steps.setdefault(action.step, []).append(action.written)
-        self._given = {step: read(lines) for step, lines in steps.items()}
+        self._given = {step: read_commands(lines) for step, lines in steps.items()}
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """The commands of this step."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from benchmark.control.isolation.remote import look
+from benchmark.control.isolation.remote import declaration_of
 from benchmark.scenario.scenario import Scenario
 from benchmark.study.episode import Episode
 
@@ -69,7 +69,7 @@ class _Guess:
         if scenario.hash not in self._vehicles:
             self._vehicles[scenario.hash] = _vehicles(scenario)
         if controller not in self._signals:
-            declaration = look(controller, episode.isolate, episode.limits)
+            declaration = declaration_of(controller, episode.isolate, episode.limits)
             self._signals[controller] = declaration.rules == "signals"
         jams = 1 + JAMS / max(episode.rate or 0.0, FEWEST)
         pace = SIGNALS if self._signals[controller] else ROBOTS * jams

@@ -27,7 +27,7 @@ class Episode:
     """What is to be run."""
 
     scenario: Scenario
-    controller: str  # its reference, as ``benchmark.control.plugins.find`` reads it in any process
+    controller: str  # its reference, as ``find_controller`` reads it in any process
     rate: float | None  # None where the controller commands no vehicle
     seed: int
     isolate: bool | None = None  # None: what is not installed runs in a process of its own
@@ -46,12 +46,12 @@ class Episode:
     @property
     def controller_from(self) -> str:
         """Where the controller comes from, and a SHA-256 of its code."""
-        return identity.origin(self.controller)
+        return identity.origin_of(self.controller)
 
     @property
     def identity(self) -> str:
         """SHA-256 of all that determines the record but its wall time."""
-        return identity.of(
+        return identity.identity_of(
             scenario_hash=self.scenario.hash,
             controller=self.controller,
             controller_from=self.controller_from,
@@ -98,7 +98,7 @@ class Audience:
 NOBODY = Audience()
 
 
-def run(episode: Episode, audience: Audience = NOBODY) -> Record:
+def run_episode(episode: Episode, audience: Audience = NOBODY) -> Record:
     """Run an episode to its end.
 
     A controller that raises or breaks the contract fails its episode: the record says so.
@@ -110,14 +110,14 @@ def run(episode: Episode, audience: Audience = NOBODY) -> Record:
     Raises:
         RightOfWayError: the scenario itself cannot be run.
     """
-    return run_with(partial(opened, episode), episode, audience)
+    return run_opened(partial(opened, episode), episode, audience)
 
 
 Opening = Callable[[], AbstractContextManager[Opened]]
 """Opens a controller, here or elsewhere."""
 
 
-def run_with(
+def run_opened(
     opening: Opening, episode: Episode, audience: Audience = NOBODY, *, source: str | None = None
 ) -> Record:
     """Run an episode under a controller that is not found by its name; otherwise as ``run``.
@@ -151,7 +151,7 @@ def opened(episode: Episode) -> AbstractContextManager[Opened]:
     """
     if isolated(episode.controller, episode.isolate):
         return Remote(episode.controller, episode.limits)
-    return nullcontext(Local(plugins.find(episode.controller)))
+    return nullcontext(Local(plugins.find_controller(episode.controller)))
 
 
 def world_of(episode: Episode, decider: Decider, *, window: bool = False) -> World:
@@ -180,7 +180,7 @@ def _run(
     controller: Opened, episode: Episode, audience: Audience, facts: Mapping[str, object]
 ) -> Record:
     """The record of an episode that ends well, or is skipped."""
-    intersections = network.build(episode.scenario).intersections
+    intersections = network.build_network(episode.scenario).intersections
     if reason := controller.declaration.unmet(intersections, episode.rate):
         return episode.record("skipped", reason=reason, **facts)
     decider = controller.decider(episode.scenario)

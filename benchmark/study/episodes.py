@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from benchmark.control import plugins
 from benchmark.control.declarations import Declaration
 from benchmark.control.isolation.limits import DEFAULT, Limits
-from benchmark.control.isolation.remote import look
+from benchmark.control.isolation.remote import declaration_of
 from benchmark.plumbing.errors import ControllerError
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
@@ -89,7 +89,7 @@ def all_episodes(
 
     Args:
         scenarios: what to run on.
-        controllers: references, as ``benchmark.control.plugins.find`` reads them.
+        controllers: references, as ``benchmark.control.plugins.find_controller`` reads them.
         rates: penetration rates; none: each scenario's own.
         seeds: none: each scenario's own.
         isolate: whether controllers run in processes of their own; None: those not installed do.
@@ -99,7 +99,7 @@ def all_episodes(
         ControllerError: a controller is unknown, cannot be imported or has no such option, or two
             files have the same name.
     """
-    declarations = [look(reference, isolate, limits) for reference in controllers]
+    declarations = [declaration_of(reference, isolate, limits) for reference in controllers]
     _check_labels(declarations)
     each_once = {declaration.reference: declaration for declaration in declarations}
     return [
@@ -137,9 +137,9 @@ def build_ahead(episodes: Sequence[Episode]) -> None:
     """
     one_of_each = {episode.scenario.hash: episode for episode in episodes}.values()
     for scenario in (episode.scenario for episode in one_of_each):
-        signals.check(scenario, scenario.programs, network.build(scenario))
+        signals.check_programs(scenario, scenario.programs, network.build_network(scenario))
     for episode in one_of_each:
-        demand.build(episode.scenario, network.build(episode.scenario), episode.seed)
+        demand.build_routes(episode.scenario, network.build_network(episode.scenario), episode.seed)
 
 
 def _loadable_controllers(
@@ -149,7 +149,7 @@ def _loadable_controllers(
     loadable = []
     for name in plugins.discovered():
         try:
-            look(name, isolate, limits)
+            declaration_of(name, isolate, limits)
         except ControllerError as error:
             notice(f"{error}; left out")
         else:

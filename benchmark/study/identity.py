@@ -19,7 +19,7 @@ from benchmark.control import code, plugins, reference
 from benchmark.sumo import tools
 
 
-def of(
+def identity_of(
     *,
     scenario_hash: str,
     controller: str,
@@ -53,7 +53,7 @@ def of(
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
 
-def origin(controller: str) -> str:
+def origin_of(controller: str) -> str:
     """Where a controller comes from, for the record: distribution and version, or a file, and hash.
 
     Of a package the hash is that of its code and weights, which may be edited while its version

@@ -10,7 +10,7 @@ from queue import Empty, SimpleQueue
 from benchmark.plumbing.processes import GLANCE
 from benchmark.records.record import Record
 from benchmark.study import outcome
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.worker import Worker
 
 Ended = tuple[Episode, Record] | BaseException | None
@@ -27,7 +27,7 @@ class LocalPool:
     """
 
     def __init__(
-        self, workers: int, time_limit: float = outcome.TIME_LIMIT, work: outcome.Work = run
+        self, workers: int, time_limit: float = outcome.TIME_LIMIT, work: outcome.Work = run_episode
     ) -> None:
         self._count, self._time_limit, self._work = workers, time_limit, work
         self._waiting: deque[Episode] = deque()

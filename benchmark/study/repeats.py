@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from benchmark.control.isolation.remote import look
+from benchmark.control.isolation.remote import declaration_of
 from benchmark.plumbing.errors import ControllerError
 from benchmark.records.record import Record
 from benchmark.scenario import catalogue
-from benchmark.scenario.scenario import Scenario, load
+from benchmark.scenario.scenario import Scenario, load_scenario
 from benchmark.study.episode import Episode
 
 
@@ -35,7 +35,7 @@ def repeats_of(records: Iterable[Record], given: Sequence[Scenario]) -> Repeats:
     newest = {record.episode: record for record in records}.values()
     for controller in dict.fromkeys(record.controller for record in newest):
         _require(controller)
-    known = [*given, *map(load, catalogue.shipped().values())]
+    known = [*given, *map(load_scenario, catalogue.shipped_scenarios().values())]
     repeats = Repeats([])
     scenarios: dict[tuple[str, str], Scenario | str] = {}
     for record in newest:
@@ -52,7 +52,7 @@ def repeats_of(records: Iterable[Record], given: Sequence[Scenario]) -> Repeats:
 
 def _require(controller: str) -> None:
     try:
-        look(controller)
+        declaration_of(controller)
     except ControllerError as error:
         raise ControllerError(
             f"the reference has episodes of {controller}, but {error}\ninstall it, compare others "

@@ -13,7 +13,7 @@ from benchmark.scenario import catalogue
 from benchmark.study import action_log
 from benchmark.study.action_log import ActionLog
 from benchmark.study.actions import Recording, spoken
-from benchmark.study.episode import Audience, Episode, run, run_with
+from benchmark.study.episode import Audience, Episode, run_episode, run_opened
 from benchmark.world.onlooker import Onlooker
 
 VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
@@ -32,9 +32,9 @@ def run_logged(episode: Episode, folder: Path, onlooker: Onlooker | None = None)
         StoreError: the disk refuses the log.
     """
     recording = Recording()
-    record = run(episode, Audience(recording=recording, onlooker=onlooker))
+    record = run_episode(episode, Audience(recording=recording, onlooker=onlooker))
     if record.status == "ok":
-        action_log.write(folder, recording, record, episode.scenario)
+        action_log.write_log(folder, recording, record, episode.scenario)
     return record
 
 
@@ -51,7 +51,7 @@ class LoggedEpisode(Episode):
         return cls(log.scenario, record.controller, record.rate, record.seed, log=log.path)
 
 
-def score(episode: LoggedEpisode, onlooker: Onlooker | None = None) -> Record:
+def rescore(episode: LoggedEpisode, onlooker: Onlooker | None = None) -> Record:
     """Run an episode again, with the commands of its log in place of its controller.
 
     Args:
@@ -62,9 +62,9 @@ def score(episode: LoggedEpisode, onlooker: Onlooker | None = None) -> Record:
         ActionLogError: the log cannot be read.
         RightOfWayError: the scenario cannot be run.
     """
-    log = action_log.read(episode.log)
+    log = action_log.read_log(episode.log)
     controller = Local(spoken(log.actions, log.record, log.programs))
-    return run_with(
+    return run_opened(
         lambda: nullcontext(controller),
         episode,
         Audience(onlooker=onlooker),
@@ -74,7 +74,7 @@ def score(episode: LoggedEpisode, onlooker: Onlooker | None = None) -> Record:
 
 def is_shipped(scenario: str) -> bool:
     """Whether a scenario of this name ships, at this or another demand."""
-    return (scenario.rpartition("@")[0] or scenario) in catalogue.shipped()
+    return (scenario.rpartition("@")[0] or scenario) in catalogue.shipped_scenarios()
 
 
 def check_scenario(log: ActionLog) -> None:

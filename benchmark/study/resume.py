@@ -27,7 +27,7 @@ class Keepsake:
 
 def action_logs(folder: Path) -> Keepsake:
     """Action logs in a folder of their own."""
-    return Keepsake(folder, "action logs", action_log.is_kept)
+    return Keepsake(folder, "action logs", action_log.has_log)
 
 
 def kept_and_missing(

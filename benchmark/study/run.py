@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from benchmark.control.isolation.limits import DEFAULT, Limits
-from benchmark.control.isolation.remote import look
+from benchmark.control.isolation.remote import declaration_of
 from benchmark.plumbing.errors import UsageError
 from benchmark.records.record import Record
 from benchmark.scenario import catalogue
@@ -40,11 +40,13 @@ def run(
     """
     if not isinstance(scenario, Scenario):
         scenario = catalogue.find_scenario(str(scenario))
-    declaration = look(controller, isolate, limits)
+    declaration = declaration_of(controller, isolate, limits)
     if not declaration.needs_robot_vehicles:
         rate = None
     elif rate is None:
         raise UsageError(f"{declaration.label} commands RVs: say at which rate, as in rate=0.6")
     elif not 0 <= rate <= 1:
         raise UsageError(f"rate = {rate:g}: expected a share from 0 to 1")
-    return episode.run(Episode(scenario, declaration.reference, rate, seed, isolate, limits))
+    return episode.run_episode(
+        Episode(scenario, declaration.reference, rate, seed, isolate, limits)
+    )

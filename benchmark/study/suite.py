@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, PositiveInt, PrivateAttr, Validatio
 
 from benchmark.control import reference
 from benchmark.control.isolation.limits import DEFAULT, Limits
-from benchmark.control.isolation.remote import look
+from benchmark.control.isolation.remote import declaration_of
 from benchmark.plumbing import toml_file
 from benchmark.plumbing.errors import ControllerError, RightOfWayError, SuiteError, UsageError
 from benchmark.plumbing.messages import explain
@@ -84,7 +84,7 @@ class Suite(Table):
         references = []
         for index, controller in enumerate(self.controllers):
             try:
-                declaration = look(controller, isolate, limits, self._path.parent)
+                declaration = declaration_of(controller, isolate, limits, self._path.parent)
             except RightOfWayError as error:
                 raise SuiteError(f"{self._path}: controllers[{index}]: {error}") from error
             references.append(declaration.reference)

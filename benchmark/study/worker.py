@@ -17,7 +17,7 @@ from benchmark.plumbing.errors import StoreError
 from benchmark.plumbing.processes import pool
 from benchmark.records.record import Record
 from benchmark.study import outcome
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -39,7 +39,7 @@ class Worker:
     """
 
     def __init__(
-        self, folder: str, time_limit: float = outcome.TIME_LIMIT, work: outcome.Work = run
+        self, folder: str, time_limit: float = outcome.TIME_LIMIT, work: outcome.Work = run_episode
     ) -> None:
         self._folder, self._time_limit, self._work = folder, time_limit, work
         self._pool: ProcessPool | None = None

@@ -45,7 +45,7 @@ class Routes:
     warnings: str  # what jtrrouter had to say
 
 
-def build(scenario: Scenario, network: Network, seed: int) -> Routes:
+def build_routes(scenario: Scenario, network: Network, seed: int) -> Routes:
     """The routes of a scenario and seed, from the cache where they were built before.
 
     Raises:
@@ -66,7 +66,7 @@ def build(scenario: Scenario, network: Network, seed: int) -> Routes:
         drawn = folder / "drawn.rou.xml"
         files = ["-n", network.path, "--route-files", folder / "flows.xml"]
         files += ["-t", folder / "turns.xml", "-o", drawn]
-        warnings = tools.run("jtrrouter", *map(str, files), "--seed", str(seed), *OPTIONS)
+        warnings = tools.run_program("jtrrouter", *map(str, files), "--seed", str(seed), *OPTIONS)
         (folder / "warnings.txt").write_text(warnings)
         (folder / "routes.rou.xml").write_text(_with_drivers(drawn, scenario, classes, seed))
 

@@ -50,13 +50,13 @@ def inspect(scenario: Scenario) -> Inspection:
     Raises:
         RightOfWayError: the scenario cannot be built at all, or its signal endangers.
     """
-    roads = network.build(scenario)
-    routes = [demand.build(scenario, roads, seed) for seed in range(1, SEEDS_ROUTED + 1)]
+    roads = network.build_network(scenario)
+    routes = [demand.build_routes(scenario, roads, seed) for seed in range(1, SEEDS_ROUTED + 1)]
     shares = {
         name: turn_shares(scenario, junction, routes) for name, junction in roads.junctions.items()
     }
     programs = scenario.programs
-    signals.check(scenario, programs, roads)
+    signals.check_programs(scenario, programs, roads)
     saturation = {
         name: webster.degrees_of_saturation(scenario, roads.junctions[name].intersection, signal)
         for name, signal in programs.items()

@@ -30,7 +30,7 @@ class Network:
         return [junction.intersection for junction in self.junctions.values()]
 
 
-def build(scenario: Scenario) -> Network:
+def build_network(scenario: Scenario) -> Network:
     """The scenario's network, from the cache where it was built before.
 
     Raises:
@@ -65,7 +65,7 @@ def _netconvert(folder: Path, plain: Mapping[str, str]) -> Path:
     target = folder / "net.xml"
     files = ["-n", folder / "net.nod.xml", "-e", folder / "net.edg.xml"]
     files += ["-x", folder / "net.con.xml", "-o", target]
-    tools.run("netconvert", *map(str, files), *OPTIONS)
+    tools.run_program("netconvert", *map(str, files), *OPTIONS)
     # the leading comment holds the time and the paths, which must not enter the hash
     target.write_text(re.sub(r"<!--.*?-->\n*", "", target.read_text(), flags=re.DOTALL))
     return target

@@ -14,7 +14,7 @@ from benchmark.sumo.network import Network
 FOREVER = 1e6  # s
 
 
-def check(scenario: Scenario, programs: Mapping[str, Signal], network: Network) -> None:
+def check_programs(scenario: Scenario, programs: Mapping[str, Signal], network: Network) -> None:
     """Refuse phases that let conflicting movements go without one of them yielding.
 
     A left may yield to others; streams that both go straight on never share a green. A program

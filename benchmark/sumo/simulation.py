@@ -110,7 +110,7 @@ class Simulation:
         if window:
             options |= {"--start": "true", "--quit-on-end": "true", "--delay": "100"}
         self._command = [
-            str(tools.program("sumo-gui" if window else "sumo")),
+            str(tools.program_path("sumo-gui" if window else "sumo")),
             *[part for option in options.items() for part in option],
         ]
 
@@ -119,7 +119,7 @@ class Simulation:
             raise UsageError("libsumo holds one simulation per process; close the other first")
         self._folder = tempfile.TemporaryDirectory(prefix="rightofway-")
         self._trips = Path(self._folder.name) / "trips.xml"
-        os.environ["SUMO_HOME"] = tools.environment()["SUMO_HOME"]
+        os.environ["SUMO_HOME"] = tools.sumo_environment()["SUMO_HOME"]
         try:
             self._api.start([*self._command, "--tripinfo-output", str(self._trips)])
         except Exception as error:  # libsumo raises its own and the traci kinds

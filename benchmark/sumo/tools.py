@@ -17,7 +17,7 @@ def sumo_version() -> str:
     return version("eclipse-sumo")
 
 
-def program(name: str) -> Path:
+def program_path(name: str) -> Path:
     """The path of a SUMO program, as in ``program("netconvert")``."""
     import sumo
 
@@ -25,14 +25,14 @@ def program(name: str) -> Path:
 
 
 @cache
-def environment() -> dict[str, str]:
+def sumo_environment() -> dict[str, str]:
     """The environment for SUMO programs: this package's SUMO, whatever else is installed."""
     import sumo
 
     return {**os.environ, "SUMO_HOME": sumo.SUMO_HOME}
 
 
-def run(name: str, *options: str) -> str:
+def run_program(name: str, *options: str) -> str:
     """Run a SUMO program to its end.
 
     Returns:
@@ -42,7 +42,7 @@ def run(name: str, *options: str) -> str:
         NetworkError: it failed; the message holds its last words.
     """
     done = subprocess.run(  # noqa: S603  (our own program, a list of arguments, no shell)
-        [str(program(name)), *options], capture_output=True, text=True, env=environment()
+        [str(program_path(name)), *options], capture_output=True, text=True, env=sumo_environment()
     )
     if done.returncode != 0:
         words = (done.stderr.strip() or done.stdout.strip()).splitlines()[-6:]

@@ -163,7 +163,7 @@ def _splits(ratios: Sequence[float], signal: Signal) -> list[float]:
     return [max(5.0, round((cycle - lost) * ratio / total)) if total else 5.0 for ratio in ratios]
 
 
-def propose(scenario: Scenario, intersection: Intersection) -> Signal:
+def propose_program(scenario: Scenario, intersection: Intersection) -> Signal:
     """A fixed program from counts alone: phases, yellow, all-red, cycle and splits.
 
     Of all ways to put the lane groups into phases the one with the least total flow ratio and lost

@@ -25,7 +25,7 @@ class Identity:
 
 @dataclass
 class Log:
-    """What happened in one control zone, in columns that stay small while the episode runs.
+    """What happened in one control zone, in columns that take little memory in a long episode.
 
     ``times`` and ``present`` have an entry per step; ``vehicle``, ``lane`` and ``waiting`` one per
     vehicle and step, the steps one after another.

@@ -71,9 +71,9 @@ class World:
         window: bool = False,
     ) -> None:
         self.scenario, self.rate, self.seed = scenario, rate, seed
-        self.network: Network = network.build(scenario)
-        self.routes: Routes = demand.build(scenario, self.network, seed)
-        signals.check(scenario, programs, self.network)
+        self.network: Network = network.build_network(scenario)
+        self.routes: Routes = demand.build_routes(scenario, self.network, seed)
+        signals.check_programs(scenario, programs, self.network)
         self.sites = {
             name: self._site(junction, programs.get(name), controller, arbitration)
             for name, junction in self.network.junctions.items()

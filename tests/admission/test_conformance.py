@@ -17,7 +17,7 @@ from benchmark.admission.conformance import (
     watching,
 )
 from benchmark.admission.conformance.checks import CHECKS, ONCE
-from benchmark.admission.conformance.elsewhere import Outcome, Task
+from benchmark.admission.conformance.elsewhere import Task, Trial
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError, ScenarioError
 
@@ -25,7 +25,7 @@ UNRULY = ROOT / "tests" / "plugins" / "unruly.py"
 BOTH = ("smoke/tee", "smoke/crossing")
 
 
-def at_once(tasks: Sequence[Task]) -> list[Outcome]:
+def at_once(tasks: Sequence[Task]) -> list[Trial]:
     """Episodes for a process of their own, run in this one."""
     return [elsewhere.run_one(one) for one in tasks]
 
@@ -33,7 +33,7 @@ def at_once(tasks: Sequence[Task]) -> list[Outcome]:
 @pytest.fixture
 def here(monkeypatch: pytest.MonkeyPatch) -> None:
     """For checks that do not depend on the process."""
-    monkeypatch.setattr(elsewhere, "run", at_once)
+    monkeypatch.setattr(elsewhere, "run_elsewhere", at_once)
 
 
 def checked(name: str, scenarios: Sequence[str] = BOTH) -> list[Result]:
@@ -148,14 +148,18 @@ def test_reaching_beyond_the_contract_is_told_with_its_line() -> None:
         for code, deed in deeds.items()
     }
     names = ("Tame", "Peeks", "Foresees", "Calls")
-    found = elsewhere.run([Task(f"{UNRULY}:{one}", smoke("tee"), 0.5, 1) for one in names])
+    found = elsewhere.run_elsewhere(
+        [Task(f"{UNRULY}:{one}", smoke("tee"), 0.5, 1) for one in names]
+    )
     assert {line for one in found for line in one.reaches} == told
 
 
 def test_no_installed_controller_reaches_beyond_the_contract() -> None:
     names = sorted(plugins.discovered())
-    rates = {name: 0.5 if plugins.load(name).needs_robot_vehicles else None for name in names}
-    found = elsewhere.run([Task(name, smoke("crossing"), rates[name], 1) for name in names])
+    rates = {name: 0.5 if plugins.load_class(name).needs_robot_vehicles else None for name in names}
+    found = elsewhere.run_elsewhere(
+        [Task(name, smoke("crossing"), rates[name], 1) for name in names]
+    )
     assert [(one.failure, one.reaches) for one in found] == [(None, ())] * len(names)
 
 

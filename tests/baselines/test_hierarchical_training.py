@@ -25,7 +25,7 @@ from benchmark.learning import weights as files
 from benchmark.learning.observation import Numbers
 from benchmark.learning.rollout import Played, Trajectory
 from benchmark.learning.settings import Options
-from benchmark.scenario.scenario import Scenario, load
+from benchmark.scenario.scenario import Scenario, load_scenario
 
 LEARNER = train.PPOSettings(steps=1, hidden=(8,))
 
@@ -238,6 +238,6 @@ def test_the_low_level_learns_to_move_to_an_unregulated_lane_when_that_is_reward
     learned = files.load(
         tmp_path / "run" / "weights.safetensors", shapes(SIZE_TUNED, (16,)), "train again"
     )
-    unled, led = towards(load(path), learned.arrays)
+    unled, led = towards(load_scenario(path), learned.arrays)
     assert unled > 0.3
     assert unled > led + 0.15  # not merely fond of changing lanes

@@ -29,7 +29,7 @@ from benchmark.control.controller import Drive
 from benchmark.control.intersection import Way
 from benchmark.control.state import Crossing, TrafficState, Vehicle
 from benchmark.plumbing.errors import ControllerError, UsageError
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes
 
 WHERE = drawn()
@@ -530,7 +530,7 @@ def longest_refusal(patience: float) -> float:
     evaluation = scenario.evaluation.model_copy(update={"duration": 400.0, "warm_up": 0.0})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(TimeWindows, "decide", noted)
-        run(
+        run_episode(
             Episode(
                 scenario.with_demand(1.6).with_evaluation(evaluation),
                 f"time-windows?patience={patience:g}&flowing=50",
@@ -557,7 +557,7 @@ def test_patience_is_what_bounds_it() -> None:
 )
 def test_options_that_make_no_sense_are_refused(option: str) -> None:
     with pytest.raises(ControllerError, match=option.partition("=")[0]):
-        plugins.find(f"time-windows?{option}")
+        plugins.find_controller(f"time-windows?{option}")
 
 
 @pytest.mark.parametrize(
@@ -570,7 +570,7 @@ def test_options_that_make_no_sense_are_refused(option: str) -> None:
 )
 def test_every_variant_runs_without_a_collision(reference: str) -> None:
     (episode,) = all_episodes([smoke("crossing")], [reference], [0.6], [1001])
-    record = run(episode)
+    record = run_episode(episode)
     assert record.status == "ok"
     assert record.trips is not None
     assert record.trips.collisions_with_robot == 0

@@ -19,7 +19,7 @@ from benchmark.pictures.replay.page import page
 from benchmark.pictures.replay.replay import Replay, recorded
 from benchmark.pictures.replay.trajectories import Trajectories
 from benchmark.scenario import catalogue
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import build_ahead
 
 SECONDS = 5
@@ -64,7 +64,7 @@ def costs(episode: Episode) -> tuple[float, float, Trajectories]:
     plain, watched = [], []
     for _ in range(3):
         began = time.monotonic()
-        run(episode)
+        run_episode(episode)
         between = time.monotonic()
         kept = recorded(episode)
         plain.append(between - began)

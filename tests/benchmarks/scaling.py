@@ -34,7 +34,7 @@ from benchmark.study.cluster import connection, environment
 from benchmark.study.cluster.executor import Cluster
 from benchmark.study.cluster.stream import Stream
 from benchmark.study.cluster.worker import Job
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import build_ahead
 from benchmark.study.executor import Executor
 from benchmark.study.outcome import Outcome
@@ -87,9 +87,9 @@ class Cost:
 def _processor_time() -> float:
     chosen = every()
     for one in chosen:
-        demand.build(one.scenario, network.build(one.scenario), one.seed)
+        demand.build_routes(one.scenario, network.build_network(one.scenario), one.seed)
     began = time.process_time()
-    assert {run(one).status for one in chosen} == {"ok"}
+    assert {run_episode(one).status for one in chosen} == {"ok"}
     return (time.process_time() - began) / len(chosen)
 
 

@@ -48,7 +48,10 @@ def remote() -> Iterator[Remote]:
 def test_an_isolated_step_with_a_hundred_vehicles(
     benchmark: BenchmarkFixture, remote: Remote
 ) -> None:
-    here, apart = Guard(plugins.find(CONTROLLER), smoke("tee")), remote.decider(smoke("tee"))
+    here, apart = (
+        Guard(plugins.find_controller(CONTROLLER), smoke("tee")),
+        remote.decider(smoke("tee")),
+    )
     for guard in (here, apart):
         guard.reset({"intersection": CROSSROADS}, 1)
     rules = Commands()

@@ -21,7 +21,7 @@ from baselines.wang.policy import Greedy
 from benchmark.control import plugins
 from benchmark.learning.rollout import Rollout, Workers
 from benchmark.scenario import catalogue
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes, build_ahead
 from benchmark.study.pool import LocalPool
 from benchmark.sumo import demand, network, signals, tools
@@ -62,13 +62,13 @@ def bare_sumo(seed: int) -> list[str]:
     Its validation of XML files, which episodes turn off, stays on as it is by default.
     """
     scenario = shipped(SCENARIO)
-    roads = network.build(scenario)
+    roads = network.build_network(scenario)
     evaluation = scenario.evaluation
     flags = {flag: value for flag, value in FLAGS.items() if not flag.startswith(UNLIKE_BARE)}
     assert {"--collision.action", "--collision.check-junctions"} <= set(flags)
     return [
-        str(tools.program("sumo")),
-        *("-n", str(roads.path), "-r", str(demand.build(scenario, roads, seed).path)),
+        str(tools.program_path("sumo")),
+        *("-n", str(roads.path), "-r", str(demand.build_routes(scenario, roads, seed).path)),
         *("-a", str(signals.program_file(scenario.programs, roads))),
         *("--step-length", f"{evaluation.step:g}", "--end", f"{evaluation.duration:g}"),
         *("--seed", str(seed), *(part for flag in flags.items() for part in flag)),
@@ -93,15 +93,15 @@ def test_an_episode_takes_little_longer_than_bare_sumo(
     limit: float,
 ) -> None:
     episode = Episode(shipped(SCENARIO), controller, rate, seed=1)
-    command, environment = bare_sumo(seed=1), tools.environment()
-    assert worker.submit(run, episode).result().status == "ok"  # all is warm from here on
+    command, environment = bare_sumo(seed=1), tools.sumo_environment()
+    assert worker.submit(run_episode, episode).result().status == "ok"  # all is warm from here on
     bare: list[float] = []
 
     def bare_first() -> None:
         bare.append(seconds(lambda: subprocess.run(command, env=environment, check=True)))
 
     benchmark.pedantic(
-        lambda: worker.submit(run, episode).result(), setup=bare_first, rounds=ROUNDS
+        lambda: worker.submit(run_episode, episode).result(), setup=bare_first, rounds=ROUNDS
     )
     assert benchmark.stats is not None
     ratio = benchmark.stats.stats.min / min(bare)
@@ -146,7 +146,7 @@ def test_training_traffic_is_fast(benchmark: BenchmarkFixture, workers: int) -> 
     rollouts = [Rollout(scenario, 0.6, seed, gridlock_after=None) for seed in range(1001, 1013)]
     policy = Greedy(Wang()._weights.arrays)
     for rollout in rollouts:
-        demand.build(scenario, network.build(scenario), rollout.seed)
+        demand.build_routes(scenario, network.build_network(scenario), rollout.seed)
     spawn = multiprocessing.get_context("spawn")
     with Workers(workers) as pool, ProcessPoolExecutor(workers, mp_context=spawn) as others:
         played = [one.result() for one in pool.play(rollouts, policy)]  # all is warm from here on
@@ -179,7 +179,7 @@ def peak_memory(chosen: list[Episode]) -> float:
 
     From /proc, because getrusage counts what the process that spawned this one had.
     """
-    assert {run(one).status for one in chosen} == {"ok"}
+    assert {run_episode(one).status for one in chosen} == {"ok"}
     status = Path("/proc/self/status").read_text().splitlines()
     (peak,) = (line.split()[1] for line in status if line.startswith("VmHWM"))
     return int(peak) * 1024 / 1e6

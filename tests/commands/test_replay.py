@@ -98,9 +98,9 @@ def test_log_actions_into_a_folder_that_cannot_be_is_one_message(
 
 
 def test_workers_score_logs_side_by_side(results: Path) -> None:
-    logs = [action_log.read(one) for one in (results / "actions").iterdir()]
+    logs = [action_log.read_log(one) for one in (results / "actions").iterdir()]
     episodes = [rescoring.LoggedEpisode.of(log) for log in logs]
-    running = LocalPool(2, work=rescoring.score).run(episodes)
+    running = LocalPool(2, work=rescoring.rescore).run(episodes)
     again = {record.episode: record for _, record in running}
     assert all(rescoring.differences(log.record, again[log.record.episode]) == [] for log in logs)
 

@@ -55,7 +55,7 @@ def test_what_an_installer_compiled_among_the_templates_is_left_there(
 def test_a_scenario_is_valid_and_nothing_is_wrong_with_it(tmp_path: Path, name: str) -> None:
     made = scaffold.scenario(name, tmp_path)
     assert made == tmp_path / f"{name.removesuffix('.toml')}.toml"
-    found = scenario.load(made)
+    found = scenario.load_scenario(made)
     assert found.title == made.stem
     assert not inspection.inspect(found).findings
     assert "my-scenario" not in made.read_text()
@@ -142,7 +142,9 @@ def test_wheel_and_source_carry_templates_suites_and_scenarios(built: Path) -> N
     assert len(wanted) > 10
     assert wanted <= in_wheel
     assert wanted <= in_source
-    assert {f"benchmark/scenarios/{name}.toml" for name in catalogue.shipped()} <= in_wheel
+    assert {
+        f"benchmark/scenarios/{name}.toml" for name in catalogue.shipped_scenarios()
+    } <= in_wheel
 
 
 def _shipped(*folders: Path) -> Iterator[Path]:

@@ -41,7 +41,9 @@ def test_every_installed_controller_conforms(
     case: conformance.Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All in this process: test_conformance and test_determinism run them in others."""
-    monkeypatch.setattr(elsewhere, "run", lambda tasks: [elsewhere.run_one(one) for one in tasks])
+    monkeypatch.setattr(
+        elsewhere, "run_elsewhere", lambda tasks: [elsewhere.run_one(one) for one in tasks]
+    )
     case.verify()
 
 
@@ -58,7 +60,7 @@ def test_a_controller_runs_or_says_why_not_and_vehicles_arrive(scenario: str, na
 
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_a_controller_describes_itself_and_is_made_without_arguments(name: str) -> None:
-    kind = plugins.load(name)
+    kind = plugins.load_class(name)
     assert isinstance(kind(), Controller)
     assert plugins.description(kind).endswith(".")
     assert plugins.description(kind) != plugins.description(Controller)

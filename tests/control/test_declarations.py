@@ -10,7 +10,7 @@ from baselines.virtual_signal import VirtualSignal
 from benchmark.control import declarations, plugins
 from benchmark.control.declarations import Declaration
 from benchmark.plumbing.errors import ControllerError
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 
 
 def kind(base: type = VirtualSignal, **declared: Any) -> Any:
@@ -46,8 +46,10 @@ def test_a_skipped_episode_does_not_even_make_the_controller(
         raise AssertionError("made")
 
     found = kind(approaches={4}, __init__=refuse)
-    monkeypatch.setattr(plugins, "load", lambda name: found)
-    records = {one: run(Episode(smoke(one), "needy", 0.5, 1)) for one in ("tee", "crossing")}
+    monkeypatch.setattr(plugins, "load_class", lambda name: found)
+    records = {
+        one: run_episode(Episode(smoke(one), "needy", 0.5, 1)) for one in ("tee", "crossing")
+    }
     assert records["tee"].status == "skipped"
     assert records["tee"].reason == "it needs 4 approaches, and the scenario has 3"
     assert (records["tee"].rules, records["tee"].trips) == ("robot vehicles", None)
@@ -76,7 +78,7 @@ def test_a_declaration_that_makes_no_sense_is_refused_when_the_controller_is_fou
     assert message in str(declarations.mistake(kind(**declared)))
     monkeypatch.setitem(globals(), "Needy", kind(**declared))
     with pytest.raises(ControllerError) as caught:
-        plugins.find(f"{__name__}:Needy")
+        plugins.find_controller(f"{__name__}:Needy")
     assert str(caught.value).startswith(f'controller "{__name__}:Needy": {message}')
 
 

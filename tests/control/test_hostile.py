@@ -15,11 +15,11 @@ from plugins import install
 from benchmark.control import plugins
 from benchmark.control.isolation import landlock, seccomp
 from benchmark.control.isolation.limits import Limits
-from benchmark.control.isolation.remote import declared
+from benchmark.control.isolation.remote import ask_declaration
 from benchmark.plumbing.errors import ControllerError
 from benchmark.plumbing.files import cache_folder
 from benchmark.records.record import Record
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 from benchmark.sumo import demand, network
 
@@ -50,7 +50,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def attack(deed: str, limits: Limits = ROOMY, isolate: bool = True) -> Record:
     """An episode with a villain; whatever it was, no process of it is left."""
     before = set(psutil.Process().children(recursive=True))
-    record = run(Episode(smoke("tee"), f"villain?deed={deed}", 0.5, 1, isolate, limits))
+    record = run_episode(Episode(smoke("tee"), f"villain?deed={deed}", 0.5, 1, isolate, limits))
     left = set(psutil.Process().children(recursive=True)) - before
     assert not psutil.wait_procs(left, timeout=PATIENCE)[1]
     return record
@@ -144,8 +144,8 @@ def test_other_processes_and_the_network_are_out_of_reach() -> None:
 
 @needs_landlock
 def test_files_that_are_not_its_own_are_out_of_reach(site: Path) -> None:
-    roads = network.build(smoke("tee"))
-    routes = demand.build(smoke("tee"), roads, 1).path
+    roads = network.build_network(smoke("tee"))
+    routes = demand.build_routes(smoke("tee"), roads, 1).path
     assert cache_folder() in routes.parents
     (site / "cache.txt").write_text(str(routes))
     deeds = ("read_cache", "read_secret", "write", "delete")
@@ -173,8 +173,8 @@ def test_it_finds_no_secrets_and_nothing_of_ours_open() -> None:
 )
 def test_who_fails_on_import_is_refused_before_anything_runs(name: str, reason: str) -> None:
     with pytest.raises(ControllerError, match=reason):
-        declared(name, STARTS)
-    record = run(Episode(smoke("tee"), name, 0.5, 1, True, STARTS))
+        ask_declaration(name, STARTS)
+    record = run_episode(Episode(smoke("tee"), name, 0.5, 1, True, STARTS))
     assert record.status in ("failed", "timed out", "crashed")
     assert reason in str(record.reason)
 

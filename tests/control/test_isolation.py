@@ -24,7 +24,7 @@ from plugins import install
 
 import benchmark
 from benchmark.control import plugins
-from benchmark.control.commands import read
+from benchmark.control.commands import read_commands
 from benchmark.control.controller import Drive, Go, Phase, Stop
 from benchmark.control.declarations import Declaration
 from benchmark.control.isolation import channel, imports, process, remote
@@ -35,7 +35,7 @@ from benchmark.control.isolation.readable import readable
 from benchmark.plumbing.errors import ControllerError
 from benchmark.records.record import Record
 from benchmark.scenario.scenario import Scenario
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes
 from benchmark.world.rules import Rules
 
@@ -55,7 +55,8 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def both(scenario: Scenario, controller: str, rate: float | None = 0.5) -> tuple[Record, Record]:
     """An episode in this process and isolated, without the wall times."""
     here, apart = (
-        run(Episode(scenario, controller, rate, 3, isolate, ROOMY)) for isolate in (False, True)
+        run_episode(Episode(scenario, controller, rate, 3, isolate, ROOMY))
+        for isolate in (False, True)
     )
     still = {"wall_time": 0.0, "identity": None}  # limits are part of it
     return here.model_copy(update=still), apart.model_copy(update=still)
@@ -151,7 +152,7 @@ def test_commands_come_out_of_the_channel_with_the_same_meaning(given: dict[Any,
     now = state(*robots, crossing())
     written = msgspec.msgpack.encode(Writer("test").decide(now, given))
     answer = msgspec.msgpack.decode(written, type=channel.Commands)
-    copy = read(answer.commands)
+    copy = read_commands(answer.commands)
     here, apart = (Rules(now.intersection, "test", "flexible", True) for _ in range(2))
     assert here.decide(now, given) == apart.decide(now, copy)
     assert here.refusals.total() == apart.refusals.total()
@@ -210,7 +211,7 @@ def test_an_impostor_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     said = Declaration("virtual-signal", "robot vehicles", "own", True, (0.0, 1.0), None)
     monkeypatch.setattr(process.Process, "ask", lambda *_: channel.Declared(said))
     with pytest.raises(ControllerError, match='"first-come": it says it is "virtual-signal"'):
-        remote.declared("first-come", Limits(step=3.0))
+        remote.ask_declaration("first-come", Limits(step=3.0))
 
 
 def test_what_is_not_installed_is_isolated_unless_wished_otherwise() -> None:
@@ -224,7 +225,8 @@ def test_what_is_not_installed_is_isolated_unless_wished_otherwise() -> None:
 
 def test_a_look_at_an_isolated_controller_spells_its_options_as_elsewhere() -> None:
     found = [
-        remote.look("virtual-signal?green=20.0", isolate, DEFAULT) for isolate in (True, False)
+        remote.declaration_of("virtual-signal?green=20.0", isolate, DEFAULT)
+        for isolate in (True, False)
     ]
     assert [(one.reference, one.label) for one in found] == [("virtual-signal?green=20",) * 2] * 2
     assert found[0] == found[1]
@@ -273,7 +275,7 @@ def test_files_and_modules_run_apart_and_are_not_imported_here(
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     chosen = all_episodes([smoke("tee")], [f"{reference}?greeting=you"], [0.2, 0.5], [1])
-    low, record = map(run, chosen)
+    low, record = map(run_episode, chosen)
     assert "apart_was_here" not in sys.modules
     assert (record.status, record.weights_hash) == ("ok", "wyou")
     assert record.controller == f"{reference}?greeting=you"
@@ -281,7 +283,7 @@ def test_files_and_modules_run_apart_and_are_not_imported_here(
     assert (low.status, low.reason) == ("skipped", "it needs 30 to 100 % RVs, and the rate is 20 %")
     wished = replace(chosen[1], isolate=False)
     still = {"wall_time": 0.0, "identity": None}
-    assert run(wished).model_copy(update=still) == record.model_copy(update=still)
+    assert run_episode(wished).model_copy(update=still) == record.model_copy(update=still)
     assert sys.modules.pop("apart_was_here") is sys
     sys.modules.pop("apart", None)
 

@@ -11,7 +11,7 @@ from factories.scenarios import smoke
 from baselines.virtual_signal import VirtualSignal
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes
 from benchmark.study.pool import LocalPool
 
@@ -49,22 +49,22 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_class_in_a_file_is_found_from_any_folder_and_labelled_without_one(
     mine: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = plugins.find("mine.py:Mine?green=30.0")
+    found = plugins.find_controller("mine.py:Mine?green=30.0")
     assert found.reference == f"{mine}:Mine?green=30"
     assert (found.label, found.kind.__name__) == ("mine.py:Mine?green=30", "Mine")
     monkeypatch.chdir("/")
-    assert plugins.find(found.reference) == found
-    assert plugins.find("mine.py:Mine?green=30", folder=mine.parent) == found
-    assert plugins.find(f"{mine}:Outer.Inner").kind.__name__ == "Inner"
+    assert plugins.find_controller(found.reference) == found
+    assert plugins.find_controller("mine.py:Mine?green=30", folder=mine.parent) == found
+    assert plugins.find_controller(f"{mine}:Outer.Inner").kind.__name__ == "Inner"
 
 
 def test_a_file_is_run_once_and_its_module_stands_in_nobodys_way(mine: Path) -> None:
     mine.write_text(MINE + "\nimport builtins\nbuiltins.runs = getattr(builtins, 'runs', 0) + 1\n")
     known = set(sys.modules)
-    kinds = {plugins.find("mine.py:Mine").kind for _ in range(3)}
+    kinds = {plugins.find_controller("mine.py:Mine").kind for _ in range(3)}
     link = mine.with_name("link.py")
     link.symlink_to(mine)
-    kinds.add(plugins.find("link.py:Mine").kind)
+    kinds.add(plugins.find_controller("link.py:Mine").kind)
     assert (len(kinds), vars(sys.modules["builtins"]).pop("runs")) == (1, 1)
     (name,) = set(sys.modules) - known
     assert not name.isidentifier()
@@ -74,8 +74,8 @@ def test_a_file_is_run_once_and_its_module_stands_in_nobodys_way(mine: Path) -> 
 
 def test_a_record_names_the_file_and_its_hash_whoever_runs_it(mine: Path) -> None:
     (episode,) = all_episodes([smoke("tee")], ["mine.py:Mine"], [0.5], [1])
-    here, ((_, worker),) = run(episode), LocalPool(1).run([episode])
-    plain = run(Episode(smoke("tee"), "virtual-signal", 0.5, 1))
+    here, ((_, worker),) = run_episode(episode), LocalPool(1).run([episode])
+    plain = run_episode(Episode(smoke("tee"), "virtual-signal", 0.5, 1))
     digest = hashlib.sha256(mine.read_bytes()).hexdigest()
     for record in (here, worker):
         assert (record.controller, record.status) == ("mine.py:Mine", "ok")
@@ -143,7 +143,7 @@ def test_what_cannot_be_had_is_one_message_with_its_line(
         (mine.parent / file).write_text(text)
     known = set(sys.modules)
     with pytest.raises(ControllerError, match=re.escape(message)) as caught:
-        plugins.find(name)
+        plugins.find_controller(name)
     assert "\n" not in str(caught.value)
     if "cannot be imported" in str(caught.value):
         assert not {one for one in set(sys.modules) - known if one.startswith("<")}
@@ -152,12 +152,12 @@ def test_what_cannot_be_had_is_one_message_with_its_line(
 def test_a_dotted_name_leads_to_a_class_of_an_installed_module(
     mine: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = plugins.find("baselines.virtual_signal:VirtualSignal?green=5")
+    found = plugins.find_controller("baselines.virtual_signal:VirtualSignal?green=5")
     assert (found.kind, found.label) == (VirtualSignal, found.reference)
     monkeypatch.syspath_prepend(mine.parent)
     digest = hashlib.sha256(mine.read_bytes()).hexdigest()
     try:
-        assert plugins.find("mine:Mine").kind.__module__ == "mine"
+        assert plugins.find_controller("mine:Mine").kind.__module__ == "mine"
         assert plugins.provenance("mine:Mine") == f"mine.py sha256:{digest}"
     finally:
         del sys.modules["mine"]

@@ -6,7 +6,7 @@ from factories.scenarios import smoke
 from baselines.virtual_signal import VirtualSignal
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes
 
 
@@ -19,11 +19,11 @@ class Several(VirtualSignal):
 
 @pytest.fixture
 def several(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plugins, "load", lambda name: Several)
+    monkeypatch.setattr(plugins, "load_class", lambda name: Several)
 
 
 def test_a_name_alone_has_no_options() -> None:
-    found = plugins.find("virtual-signal")
+    found = plugins.find_controller("virtual-signal")
     assert (found.reference, found.kind, dict(found.options)) == (
         *("virtual-signal", VirtualSignal, {}),
     )
@@ -43,12 +43,12 @@ def test_a_name_alone_has_no_options() -> None:
 def test_options_reach_the_constructor_and_have_one_spelling(
     several: None, reference: str, given: tuple[object, ...], canonical: str
 ) -> None:
-    found = plugins.find(reference)
+    found = plugins.find_controller(reference)
     made = found.new()
     assert isinstance(made, Several)
     assert made.given == given
     assert found.reference == canonical
-    assert plugins.find(canonical) == found
+    assert plugins.find_controller(canonical) == found
 
 
 @pytest.mark.parametrize(
@@ -66,14 +66,14 @@ def test_an_option_that_makes_no_sense_is_refused(
     several: None, reference: str, message: str
 ) -> None:
     with pytest.raises(ControllerError) as caught:
-        plugins.find(reference)
+        plugins.find_controller(reference)
     assert message in str(caught.value)
 
 
 def test_options_change_what_the_controller_does_and_stand_in_its_record() -> None:
     (episode,) = all_episodes([smoke("tee")], ["virtual-signal?clearance=30"], [0.5], [1])
-    found = run(episode)
-    plain = run(Episode(smoke("tee"), "virtual-signal", 0.5, 1))
+    found = run_episode(episode)
+    plain = run_episode(Episode(smoke("tee"), "virtual-signal", 0.5, 1))
     assert (found.controller, found.status) == ("virtual-signal?clearance=30", "ok")
     assert found.controller_from == plain.controller_from
     assert found.junctions != plain.junctions
@@ -91,9 +91,9 @@ def test_names_that_mean_something_to_pydantic_are_options_like_others(
         def __init__(self, schema: int, _private: str = "", model_config: bool = False) -> None:
             self.given = schema, _private, model_config
 
-    monkeypatch.setattr(plugins, "load", lambda name: Odd)
-    made = plugins.find("it?model_config=yes&schema=3&_private=a%26b")
+    monkeypatch.setattr(plugins, "load_class", lambda name: Odd)
+    made = plugins.find_controller("it?model_config=yes&schema=3&_private=a%26b")
     assert made.reference == "it?_private=a%26b&model_config=true&schema=3"
     assert vars(made.new())["given"] == (3, "a&b", True)
     with pytest.raises(ControllerError, match=r'^"it": schema: this key is required$'):
-        plugins.find("it")
+        plugins.find_controller("it")

@@ -13,7 +13,7 @@ from benchmark.control import plugins
 from benchmark.control.controller import Command, Controller
 from benchmark.control.state import TrafficState
 from benchmark.records.record import Record
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from factories.scenarios import shipped, smoke
 
 GOOD = [Episode(smoke("crossing"), "virtual-signal", 0.5, seed) for seed in range(1, 5)]
@@ -35,7 +35,7 @@ def watched(
     episode: Episode, look: Callable[[TrafficState], None] = lambda state: None
 ) -> tuple[Record, list[TrafficState], Given]:
     """Run an episode and keep what its controller saw and commanded."""
-    kind = plugins.load(episode.controller)
+    kind = plugins.load_class(episode.controller)
     states: list[TrafficState] = []
     given: Given = []
 
@@ -47,14 +47,16 @@ def watched(
         return commands
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plugins, "load", lambda name: type(kind.__name__, (kind,), {"act": act}))
-        return run(episode), states, given
+        patch.setattr(
+            plugins, "load_class", lambda name: type(kind.__name__, (kind,), {"act": act})
+        )
+        return run_episode(episode), states, given
 
 
 @cache
 def live(scenario: str, name: str) -> tuple[Record, list[TrafficState], Given]:
     """An episode of a pair, once per process."""
-    rate = 0.5 if plugins.load(name).needs_robot_vehicles else None
+    rate = 0.5 if plugins.load_class(name).needs_robot_vehicles else None
     return watched(Episode(shipped(scenario), name, rate, SEED))
 
 

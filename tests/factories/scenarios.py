@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmark.scenario.layout import COMPASS
-from benchmark.scenario.scenario import Scenario, load, parse
+from benchmark.scenario.scenario import Scenario, load_scenario, parse_scenario
 from benchmark.sumo import network
 from benchmark.sumo.network import Network
 
@@ -23,7 +23,7 @@ SMOKE = [name for name in SHIPPED if name.startswith("smoke/")]
 @cache
 def shipped(name: str) -> Scenario:
     """A scenario by its name in tables, as in ``colorado-springs/229``."""
-    return load(SCENARIOS / f"{name}.toml")
+    return load_scenario(SCENARIOS / f"{name}.toml")
 
 
 def smoke(name: str) -> Scenario:
@@ -33,7 +33,7 @@ def smoke(name: str) -> Scenario:
 
 def network_of(name: str) -> Network:
     """The network of a shipped scenario; built once per process."""
-    return network.build(shipped(name))
+    return network.build_network(shipped(name))
 
 
 DROP = object()
@@ -76,4 +76,4 @@ def edited(changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
 
 def parsed(changes: Mapping[str, Any] | None = None) -> Scenario:
     """The scenario of ``edited(changes)``."""
-    return parse(edited(changes), source="a.toml", name="test/a")
+    return parse_scenario(edited(changes), source="a.toml", name="test/a")

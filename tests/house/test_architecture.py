@@ -2,7 +2,6 @@
 
 import ast
 import re
-import tomllib
 from itertools import product
 from pathlib import Path
 from xml.etree import ElementTree
@@ -53,12 +52,6 @@ def test_the_same_imports_give_the_same_bytes(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_no_arrow_leads_up() -> None:
-    height = {room: number for number, floor in enumerate(floors()) for room in floor}
-    inside = [arrow for arrow in arrows() if set(arrow) <= set(height)]
-    assert all(height[importer] < height[imported] for importer, imported in inside)
-
-
 @pytest.mark.parametrize(("file", "name"), named(PAGE))
 def test_an_answer_names_a_file_and_what_is_in_it(file: str, name: str) -> None:
     tree = ast.parse((LIBRARY / file).read_text("utf-8"))
@@ -80,9 +73,3 @@ def test_each_of_the_ten_questions_takes_two_files_at_most() -> None:
     hops = re.findall(r"^\| .+\? \| .+ \| (\d+) \|$", questions, re.MULTILINE)
     assert len(hops) == 10
     assert max(map(int, hops)) == 2
-
-
-def test_the_floors_are_those_that_import_linter_holds() -> None:
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-    assert settings["tool"]["importlinter"]["root_packages"] == ["benchmark", "baselines"]
-    assert sorted({*ROOMS, "notebook"}) == sorted(room for floor in floors() for room in floor)

@@ -18,7 +18,7 @@ from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import MOVEMENTS, Layout, Numbers, Observer, size
 from benchmark.learning.traffic import GO, Traffic
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 
 PAPER, EXTENDED = Observer(CROSSROADS, "paper"), Observer(CROSSROADS, "extended")
 QUEUE, WAITING, OCCUPANCY, DISTANCE = slice(0, 8), slice(8, 16), slice(16, 96), 96
@@ -214,8 +214,8 @@ def test_training_and_an_episode_observe_the_same_numbers(monkeypatch: pytest.Mo
             seen.append(self._observer.observe(state, state.deciding))
             return {one.id: Go() for one in state.deciding}
 
-    monkeypatch.setattr(plugins, "load", lambda name: Watcher)
-    assert run(Episode(scenario, "first-come", 0.6, 1001)).status == "ok"
+    monkeypatch.setattr(plugins, "load_class", lambda name: Watcher)
+    assert run_episode(Episode(scenario, "first-come", 0.6, 1001)).status == "ok"
     with Traffic(scenario, 0.6, 1001, layout="extended", gridlock_after=1e9) as traffic:
         moment = traffic.first()
         learnt = [moment.observations]
@@ -239,7 +239,7 @@ def test_the_shipped_controller_sees_in_an_episode_what_it_sees_in_training(
         return seen
 
     monkeypatch.setattr(Observer, "observe", noted)
-    assert run(Episode(scenario, "wang", 0.6, 1001)).status == "ok"
+    assert run_episode(Episode(scenario, "wang", 0.6, 1001)).status == "ok"
     asked, rows = rows, {}
     policy = Greedy(Wang()._weights.arrays)
     with Traffic(scenario, 0.6, 1001, layout=Wang.LAYOUT, gridlock_after=1e9) as traffic:

@@ -16,7 +16,7 @@ from baselines.wang import controller
 from baselines.wang.policy import HIDDEN, shapes
 from benchmark.learning.weights import digest, load, save
 from benchmark.plumbing.errors import ControllerError
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 
 SHAPES = {"a": (3, 2), "b": (4,)}
 REMEDY = "train again"
@@ -132,7 +132,7 @@ def test_an_episode_with_damaged_weights_ends_in_that_message(
 ) -> None:
     monkeypatch.setattr(controller, "SHIPPED", tmp_path)
     with pytest.raises(ControllerError, match=r"cannot read the weights: No such file.*reinstall"):
-        run(Episode(smoke("crossing"), "wang", 0.5, 1))
+        run_episode(Episode(smoke("crossing"), "wang", 0.5, 1))
 
 
 @pytest.mark.parametrize("damage", ["empty", "garbage", "truncated", "changed"])
@@ -147,7 +147,7 @@ def test_an_episode_with_a_damaged_file_names_it_and_the_remedy(
     path.write_bytes(contents[damage])
     monkeypatch.setattr(controller, "SHIPPED", tmp_path)
     with pytest.raises(ControllerError, match="reinstall rightofway, or train") as caught:
-        run(Episode(smoke("crossing"), "wang", 0.5, 1))
+        run_episode(Episode(smoke("crossing"), "wang", 0.5, 1))
     assert str(path) in str(caught.value)
 
 

@@ -33,14 +33,14 @@ def drawn_words(target: Path) -> list[str]:
 
 
 def scene_of(name: str) -> axes.Scene:
-    loaded = scenario.load(SMOKE / f"{name}.toml")
-    built = network.build(loaded)
+    loaded = scenario.load_scenario(SMOKE / f"{name}.toml")
+    built = network.build_network(loaded)
     junction = next(iter(built.junctions.values()))
     return axes.Scene(loaded, junction, ground.surroundings(built))
 
 
 def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
-    crossing = scenario.load(SMOKE / "crossing.toml")
+    crossing = scenario.load_scenario(SMOKE / "crossing.toml")
     panels = whole.panels(crossing)
     words = {
         name: "".join(ElementTree.fromstring(text).itertext()) for name, text in panels.items()
@@ -55,7 +55,7 @@ def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
 def test_each_smoke_scenario_shows_its_approaches_counts_and_cycle(
     path: Path, tmp_path: Path
 ) -> None:
-    loaded = scenario.load(path)
+    loaded = scenario.load_scenario(path)
     whole.draw(loaded, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert loaded.title in words
@@ -67,7 +67,9 @@ def test_each_smoke_scenario_shows_its_approaches_counts_and_cycle(
 
 
 def test_a_png_is_an_image_with_asphalt_and_every_approach_in_its_colour(tmp_path: Path) -> None:
-    whole.draw(scenario.load(SMOKE / "crossing.toml"), target := tmp_path / "new" / "drawing.PNG")
+    whole.draw(
+        scenario.load_scenario(SMOKE / "crossing.toml"), target := tmp_path / "new" / "drawing.PNG"
+    )
     image = imread(target, format="png")
     assert image.shape[0] > 1000
     assert image.shape[1] > 1000
@@ -80,14 +82,14 @@ def test_the_same_scenario_gives_the_same_bytes(tmp_path: Path) -> None:
     for suffix in ("svg", "png"):
         targets = [tmp_path / f"{number}.{suffix}" for number in range(2)]
         for target in targets:
-            whole.draw(scenario.load(SMOKE / "tee.toml"), target)
+            whole.draw(scenario.load_scenario(SMOKE / "tee.toml"), target)
         assert targets[0].read_bytes() == targets[1].read_bytes()
 
 
 @pytest.mark.parametrize("name", ["drawing.pdf", "drawing"])
 def test_an_unknown_suffix_is_refused_with_the_choices(name: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"use \.png or \.svg") as caught:
-        whole.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / name)
+        whole.draw(scenario.load_scenario(SMOKE / "crossing.toml"), tmp_path / name)
     assert f'"{Path(name).suffix}"' in str(caught.value)
     assert not list(tmp_path.iterdir())
 
@@ -95,7 +97,7 @@ def test_an_unknown_suffix_is_refused_with_the_choices(name: str, tmp_path: Path
 def test_a_file_that_cannot_be_written_is_an_error_with_its_name(tmp_path: Path) -> None:
     (tmp_path / "taken.svg").mkdir()
     with pytest.raises(UsageError, match=r"taken\.svg: cannot write"):
-        whole.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / "taken.svg")
+        whole.draw(scenario.load_scenario(SMOKE / "crossing.toml"), tmp_path / "taken.svg")
 
 
 def test_words_of_a_scenario_show_literally(tmp_path: Path) -> None:
@@ -103,7 +105,7 @@ def test_words_of_a_scenario_show_literally(tmp_path: Path) -> None:
         "title": "a $x_1$ <script>alert(1)</script> \\frac{ \u0007 \u4ea4\u5dee\u70b9 & b",
         "sources": ["counts: $y^", "map: <b>\n"],
     }
-    parsed = scenario.parse(odd, source="odd.toml", name="odd/odd")
+    parsed = scenario.parse_scenario(odd, source="odd.toml", name="odd/odd")
     whole.draw(parsed, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert "a $x_1$ <script>alert(1)</script> \\frac{ \u4ea4\u5dee\u70b9 & b" in words
@@ -113,7 +115,7 @@ def test_words_of_a_scenario_show_literally(tmp_path: Path) -> None:
 
 def test_a_scenario_without_signal_says_so(tmp_path: Path) -> None:
     bare = {key: value for key, value in document("crossing").items() if key != "signal"}
-    parsed = scenario.parse(bare, source="bare.toml", name="bare/bare")
+    parsed = scenario.parse_scenario(bare, source="bare.toml", name="bare/bare")
     whole.draw(parsed, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert any("no signal" in word for word in words)
@@ -123,14 +125,14 @@ def test_a_scenario_without_signal_says_so(tmp_path: Path) -> None:
 def test_every_junction_is_drawn_with_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    crossing = scenario.load(SMOKE / "crossing.toml")
-    built = network.build(crossing)
+    crossing = scenario.load_scenario(SMOKE / "crossing.toml")
+    built = network.build_network(crossing)
     (junction,) = built.junctions.values()
     junctions = {
         name: replace(junction, intersection=replace(junction.intersection, id=name))
         for name in ("west", "east")
     }
-    monkeypatch.setattr(network, "build", lambda _: replace(built, junctions=junctions))
+    monkeypatch.setattr(network, "build_network", lambda _: replace(built, junctions=junctions))
     whole.draw(crossing, target := tmp_path / "drawing.svg")
     words = drawn_words(target)
     assert {f"Plan, lanes and zones of {name}" for name in junctions} <= set(words)
@@ -141,18 +143,20 @@ def test_every_junction_is_drawn_with_its_name(
 
 def test_an_actuated_program_says_that_greens_are_the_longest(tmp_path: Path) -> None:
     for name, expected in (("asymmetric", True), ("crossing", False)):
-        whole.draw(scenario.load(SMOKE / f"{name}.toml"), target := tmp_path / f"{name}.svg")
+        whole.draw(
+            scenario.load_scenario(SMOKE / f"{name}.toml"), target := tmp_path / f"{name}.svg"
+        )
         assert any("longest" in word for word in drawn_words(target)) is expected
 
 
 def test_drawing_leaves_settings_of_matplotlib_alone(tmp_path: Path) -> None:
     before = dict(matplotlib.rcParams)
-    whole.draw(scenario.load(SMOKE / "crossing.toml"), tmp_path / "drawing.svg")
+    whole.draw(scenario.load_scenario(SMOKE / "crossing.toml"), tmp_path / "drawing.svg")
     assert dict(matplotlib.rcParams) == before
 
 
 def test_a_green_that_goes_on_has_no_yellow_between_phases() -> None:
-    signal = scenario.load(SMOKE / "tee.toml").signal
+    signal = scenario.load_scenario(SMOKE / "tee.toml").signal
     assert signal is not None
     through = [light for _, _, light in signal_program.lights(signal, "W-C")]
     assert through == ["green", "green", "yellow", "all red"]

@@ -34,7 +34,7 @@ def test_every_shipped_controller_has_all_its_seeds_in_every_cell(records: list[
         for scenario in FOUR
         for name, entry in plugins.discovered().items()
         if entry.value.startswith("baselines.")
-        for rate in (RATES if plugins.load(name).needs_robot_vehicles else [None])
+        for rate in (RATES if plugins.load_class(name).needs_robot_vehicles else [None])
         for seed in range(1, 21)
     }
     assert wanted <= held

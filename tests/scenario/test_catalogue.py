@@ -28,9 +28,9 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_shipped_scenarios_are_known_by_folder_and_name() -> None:
-    assert sorted(catalogue.shipped()) == SHIPPED
+    assert sorted(catalogue.shipped_scenarios()) == SHIPPED
     assert {f"colorado-springs/{number}" for number in (229, 332, 334, 449)} <= set(SHIPPED)
-    assert all(path.is_file() for path in catalogue.shipped().values())
+    assert all(path.is_file() for path in catalogue.shipped_scenarios().values())
 
 
 @pytest.mark.parametrize(

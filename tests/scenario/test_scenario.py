@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario.layout import COMPASS
-from benchmark.scenario.scenario import json_schema, load, parse
+from benchmark.scenario.scenario import json_schema, load_scenario, parse_scenario
 
 NORTH = "approaches.northbound"
 DRIVER = "vehicles.car.car_following"
@@ -37,13 +37,13 @@ RIGHT_ONLY |= {f"demand.0.{name}": {"right": 300} for name in COMPASS}
 
 def refusal(document: dict[str, Any]) -> str:
     with pytest.raises(ScenarioError) as caught:
-        parse(document, source="a.toml", name="test/a")
+        parse_scenario(document, source="a.toml", name="test/a")
     return str(caught.value)
 
 
 def refusal_of_file(path: Path) -> str:
     with pytest.raises(ScenarioError) as caught:
-        load(path)
+        load_scenario(path)
     return str(caught.value)
 
 
@@ -79,7 +79,7 @@ def test_the_schema_is_a_schema_that_refuses_unknown_keys() -> None:
 def test_the_schema_and_the_loader_agree_on_drivers(driver: dict[str, Any]) -> None:
     document = edited({DRIVER: driver})
     if jsonschema.Draft202012Validator(json_schema()).is_valid(document):
-        assert parse(document, "a.toml", "test/a").vehicles["car"].car_following
+        assert parse_scenario(document, "a.toml", "test/a").vehicles["car"].car_following
     else:
         assert refusal(document)
 
@@ -91,7 +91,7 @@ def test_three_approaches_are_enough() -> None:
 def test_a_byte_order_mark_does_not_matter(tmp_path: Path) -> None:
     path = tmp_path / "bom.toml"
     path.write_text(tomli_w.dumps(edited()), encoding="utf-8-sig")
-    assert load(path).hash == parsed().hash
+    assert load_scenario(path).hash == parsed().hash
 
 
 MISTAKES: list[tuple[dict[str, Any], str, list[str]]] = [
@@ -278,7 +278,7 @@ PLACES = [
 @given(place=st.sampled_from(PLACES), value=ANYTHING)
 def test_whatever_stands_in_a_file_it_loads_or_is_refused(place: str, value: Any) -> None:
     try:
-        outcome = f"a.toml: {parse(edited({place: value}), 'a.toml', 'test/a').hash}"
+        outcome = f"a.toml: {parse_scenario(edited({place: value}), 'a.toml', 'test/a').hash}"
     except ScenarioError as error:
         outcome = str(error)
     assert outcome.startswith("a.toml: ")
@@ -403,4 +403,4 @@ def test_comments_key_order_and_number_spelling_do_not_change_the_hash(tmp_path:
     assert spelt != text
     path = tmp_path / "spelt.toml"
     path.write_text(f"# a comment\n{spelt}")
-    assert load(path).hash == parsed().hash
+    assert load_scenario(path).hash == parsed().hash

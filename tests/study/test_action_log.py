@@ -31,13 +31,13 @@ def written(
     scenario = scenario or smoke("tee")
     recording = Recording()
     recording.programs, recording.actions = scenario.programs, list(actions)
-    return action_log.write(folder, recording, of(scenario), scenario)
+    return action_log.write_log(folder, recording, of(scenario), scenario)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_log_holds_scenario_program_record_and_commands(tmp_path: Path, name: str) -> None:
     path = written(tmp_path, shipped(name))
-    found = action_log.read(path)
+    found = action_log.read_log(path)
     assert (found.scenario, found.scenario.name) == (shipped(name), name)
     assert found.scenario.hash == shipped(name).hash
     assert (found.programs, found.record) == (shipped(name).programs, of(shipped(name)))
@@ -47,13 +47,13 @@ def test_a_log_holds_scenario_program_record_and_commands(tmp_path: Path, name: 
 
 def test_a_scenario_at_another_demand_is_held_as_it_ran(tmp_path: Path) -> None:
     scaled = smoke("tee").at_demand(701.3)
-    found = action_log.read(written(tmp_path, scaled))
+    found = action_log.read_log(written(tmp_path, scaled))
     assert (found.scenario.name, found.scenario.hash) == ("smoke/tee@701.3", scaled.hash)
     rescoring.check_scenario(found)
 
 
 def test_an_episode_without_commands_has_a_log(tmp_path: Path) -> None:
-    assert action_log.read(written(tmp_path, actions=())).actions == []
+    assert action_log.read_log(written(tmp_path, actions=())).actions == []
 
 
 def test_a_log_is_replaced_and_told_from_that_of_every_other_episode(tmp_path: Path) -> None:
@@ -66,14 +66,14 @@ def test_a_log_is_replaced_and_told_from_that_of_every_other_episode(tmp_path: P
             record("a-b", rate=None),
         ),
     ]
-    names = {action_log.name_of(one.episode) for one in others}
+    names = {action_log.log_name(one.episode) for one in others}
     assert len(names) == len(others)
     assert all(Path(one).name == one and len(one) < 200 for one in names)
 
 
 def message(path: Path) -> str:
     with pytest.raises(ActionLogError) as caught:
-        action_log.read(path)
+        action_log.read_log(path)
     text = str(caught.value)
     assert text.startswith(f"{path}: ")
     assert "\n" not in text
@@ -86,7 +86,7 @@ def test_a_changed_log_does_not_match_its_hash(tmp_path: Path) -> None:
     rewritten(path, head, action_log.frame([GO._replace(command="stop")]))
     assert "it was changed after it was written" in message(path)
     rewritten(path, head, action_log.frame([GO]))
-    assert list(action_log.read(path).actions) == [GO]
+    assert list(action_log.read_log(path).actions) == [GO]
     head["record"]["seed"] = 2
     rewritten(path, head)
     assert "it was changed after it was written" in message(path)
@@ -101,7 +101,7 @@ def test_a_log_of_another_scenario_names_both_hashes(tmp_path: Path) -> None:
 
 def test_a_log_of_another_version_of_a_shipped_scenario_says_so(tmp_path: Path) -> None:
     changed = smoke("tee").with_demand(0.5)
-    log = action_log.read(written(tmp_path, changed))
+    log = action_log.read_log(written(tmp_path, changed))
     with pytest.raises(ActionLogError, match=r"of another smoke/tee .* than the one that ships"):
         rescoring.check_scenario(log)
 

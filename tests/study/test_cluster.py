@@ -26,7 +26,7 @@ from benchmark.records.store import Store
 from benchmark.study import identity
 from benchmark.study.cluster import connection, stream
 from benchmark.study.cluster.executor import Cluster
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 
 SHORT = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
@@ -66,7 +66,7 @@ def on(cluster: LocalCluster, **options: Any) -> Cluster:
 def test_records_are_those_of_this_process_bit_for_bit(dask: LocalCluster) -> None:
     chosen = [*GOOD, Episode(smoke("tee"), "traffic-light", None, 1)]
     found = list(on(dask).run(chosen))
-    assert lines(record for _, record in found) == lines(map(run, chosen))
+    assert lines(record for _, record in found) == lines(map(run_episode, chosen))
     assert [record.episode for _, record in found] == [episode.key for episode, _ in found]
 
 
@@ -81,7 +81,7 @@ def test_a_controllers_file_travels_and_keeps_its_name_and_hash(
         "import helper\nclass Mine(helper.VirtualSignal):\n    pass\n"
     )
     episode = Episode(smoke("crossing"), f"{file}:Mine?green=10", 0.5, 1)
-    expected = run(episode)
+    expected = run_episode(episode)
     assert expected.status == "ok"
 
     @contextmanager
@@ -112,7 +112,9 @@ def test_what_is_too_large_to_travel_is_refused(tmp_path: Path) -> None:
 def test_a_record_made_of_other_files_is_not_taken(
     dask: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(identity, "of", lambda **_: "of other files, in this process alone")
+    monkeypatch.setattr(
+        identity, "identity_of", lambda **_: "of other files, in this process alone"
+    )
     with pytest.raises(ClusterError, match="ran virtual-signal with other files than are here"):
         list(on(dask).run([SHORT]))
 
@@ -141,7 +143,7 @@ def test_a_dask_worker_killed_in_mid_episode_costs_nothing_but_time(
         found.append(record)
         if len(found) == len(GOOD):  # the other worker has ended all of these meanwhile
             kill(psutil.Process(pid_in(marker)).ppid())
-    assert lines(found) == lines(map(run, [doomed, *GOOD]))
+    assert lines(found) == lines(map(run_episode, [doomed, *GOOD]))
 
 
 def test_an_episode_that_takes_its_dask_workers_along_has_crashed_and_no_other(
@@ -156,7 +158,7 @@ def test_an_episode_that_takes_its_dask_workers_along_has_crashed_and_no_other(
     crashed, *good = sorted(found, key=lambda one: one.controller != doomed.label)
     assert (crashed.controller, crashed.status) == (doomed.label, "crashed")
     assert crashed.reason == "the worker process died (and 1 Dask workers with it)"
-    assert lines(good) == lines(map(run, GOOD[:2]))
+    assert lines(good) == lines(map(run_episode, GOOD[:2]))
 
 
 ASSASSIN = """

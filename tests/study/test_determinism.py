@@ -12,7 +12,7 @@ from benchmark.control import plugins
 from benchmark.control.state import TrafficState
 from benchmark.records.record import Record
 from benchmark.scenario.scenario import Scenario
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes
 from benchmark.study.pool import LocalPool
 
@@ -26,7 +26,7 @@ KRAUSS = parsed({"vehicles.car.car_following": {"model": "Krauss"}, "vehicles.ca
 @cache
 def reference() -> dict[str, str]:
     """Each installed controller once, one after another in this process."""
-    found = lines(map(run, CHOSEN))
+    found = lines(map(run_episode, CHOSEN))
     assert len(found) == len(CHOSEN)
     assert all('"status":"ok"' in line or '"status":"skipped"' in line for line in found.values())
     return found
@@ -34,7 +34,11 @@ def reference() -> dict[str, str]:
 
 def test_again_in_one_process_in_another_order_after_other_episodes() -> None:
     first = reference()
-    again = [record for one in reversed(CHOSEN) for record in (*map(run, OTHERS[:1]), run(one))]
+    again = [
+        record
+        for one in reversed(CHOSEN)
+        for record in (*map(run_episode, OTHERS[:1]), run_episode(one))
+    ]
     assert lines(again).items() >= first.items()
 
 
@@ -51,7 +55,7 @@ def test_in_worker_processes_with_other_hash_seeds(
 
 def test_drivers_with_imperfection_repeat_too_and_differ_by_seed() -> None:
     def once(seed: int) -> str:
-        (line,) = lines([run(Episode(KRAUSS, "first-come", 0.5, seed))]).values()
+        (line,) = lines([run_episode(Episode(KRAUSS, "first-come", 0.5, seed))]).values()
         return line
 
     assert once(1) == once(1)

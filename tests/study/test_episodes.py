@@ -81,7 +81,7 @@ def test_an_unknown_controller_is_refused_before_anything_runs() -> None:
 )
 def test_a_plugin_that_cannot_be_loaded_is_refused_by_name(name: str, reason: str) -> None:
     with pytest.raises(ControllerError, match=f'"{name}" .*{reason}'):
-        plugins.load(name)
+        plugins.load_class(name)
 
 
 def test_an_episode_that_goes_wrong_is_recorded_with_its_reason_and_the_others_complete(

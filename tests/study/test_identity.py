@@ -13,7 +13,7 @@ from benchmark.control import code, plugins
 from benchmark.control.isolation.limits import Limits
 from benchmark.records import leaderboard
 from benchmark.study import identity
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 
 CONTROLLER = """
 from benchmark.control.controller import Controller
@@ -29,7 +29,7 @@ ONE = Episode(smoke("tee"), "virtual-signal", 0.5, 1)
 
 
 def test_the_record_of_an_episode_has_its_identity() -> None:
-    assert run(ONE).identity == ONE.identity
+    assert run_episode(ONE).identity == ONE.identity
     assert len(ONE.identity) == 64
 
 
@@ -144,8 +144,8 @@ def test_of_an_installed_package_the_version_is_named_too(
     package: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plugins, "provenance", lambda text: "mine 2.1")
-    assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.origin("mine.one:Mine"))
-    assert identity.origin("nowhere.at.all:Mine") == "mine 2.1"
+    assert re.fullmatch("mine 2.1 sha256:[0-9a-f]{64}", identity.origin_of("mine.one:Mine"))
+    assert identity.origin_of("nowhere.at.all:Mine") == "mine 2.1"
     code.of_code_and_weights.cache_clear()
 
 

@@ -9,7 +9,7 @@ from factories.scenarios import smoke
 from benchmark.plumbing.errors import StoreError
 from benchmark.records.record import Record
 from benchmark.records.store import Store
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 from benchmark.study.renewal import renew, sample_of
 
@@ -23,7 +23,7 @@ EPISODES = [
 @pytest.fixture(scope="module")
 def records() -> list[Record]:
     """Of code that kept no identities."""
-    return [run(episode).model_copy(update={"identity": None}) for episode in EPISODES]
+    return [run_episode(episode).model_copy(update={"identity": None}) for episode in EPISODES]
 
 
 def test_a_sample_has_as_many_of_every_cell_as_asked_for() -> None:

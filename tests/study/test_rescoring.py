@@ -26,7 +26,7 @@ KINDS = {  # controllers of every sort of command
 def logged(folder: Path, controller: str) -> tuple[Record, Path]:
     episode = Episode(smoke("asymmetric"), controller, KINDS[controller], 4)
     record = rescoring.run_logged(episode, folder)
-    return record, folder / action_log.name_of(record.episode)
+    return record, folder / action_log.log_name(record.episode)
 
 
 @pytest.mark.parametrize("controller", KINDS)
@@ -34,9 +34,9 @@ def test_a_record_comes_out_of_its_log_without_the_controller(
     tmp_path: Path, controller: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     record, path = logged(tmp_path, controller)
-    monkeypatch.setattr(plugins, "find", None)  # nobody looks for it
-    log = action_log.read(path)
-    again = rescoring.score(rescoring.LoggedEpisode.of(log))
+    monkeypatch.setattr(plugins, "find_controller", None)  # nobody looks for it
+    log = action_log.read_log(path)
+    again = rescoring.rescore(rescoring.LoggedEpisode.of(log))
     assert record.status == "ok"
     assert log.record == record
     assert again.model_copy(update={"wall_time": record.wall_time}) == record
@@ -57,7 +57,7 @@ def test_another_command_makes_another_record(tmp_path: Path) -> None:
     turned = {"go": "stop", "stop": "go"}
     actions = [Action(*row) for row in polars.read_parquet(path).iter_rows()]
     sealed(path, action_log.frame([a._replace(command=turned[a.command]) for a in actions]))
-    again = rescoring.score(rescoring.LoggedEpisode.of(action_log.read(path)))
+    again = rescoring.rescore(rescoring.LoggedEpisode.of(action_log.read_log(path)))
     found = rescoring.differences(record, again)
     assert any(one.startswith("junctions.intersection.average_waiting_time: ") for one in found)
     assert all(" there, " in one and one.endswith(" now") for one in found)

@@ -45,7 +45,7 @@ def test_the_suite_full_asks_for_everything_that_ships() -> None:
 
 
 def test_shipped_suites_are_no_scenarios() -> None:
-    assert not {*shipped_suites()} & {*catalogue.shipped()}
+    assert not {*shipped_suites()} & {*catalogue.shipped_scenarios()}
     with pytest.raises(ScenarioError, match="unknown scenario"):
         catalogue.find_scenarios(["paper"])
 

@@ -16,7 +16,7 @@ from plugins import install
 
 from benchmark.control import plugins
 from benchmark.study import worker as supervised
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 from benchmark.study.worker import Worker
 
@@ -83,8 +83,8 @@ def test_a_worker_killed_in_mid_episode_costs_a_second_try_and_nothing_else(
             os.kill(pid_in(marker), signal.SIGKILL)
     assert {one.status for one in records.values()} == {"ok"}
     assert len(records) == 5
-    assert equal(records[0, "virtual-signal"], run(good[0]))
-    assert equal(records[1, doomed.controller], run(doomed))
+    assert equal(records[0, "virtual-signal"], run_episode(good[0]))
+    assert equal(records[1, doomed.controller], run_episode(doomed))
 
 
 def test_a_worker_is_used_again_and_replaced_where_it_died_between_two_episodes(

@@ -24,7 +24,7 @@ IDS = [f"northbound.0.{number}" for number in range(4000)]
 
 @cache
 def routes_of(name: str, seed: int = 1) -> Routes:
-    return demand.build(shipped(name), network_of(name), seed)
+    return demand.build_routes(shipped(name), network_of(name), seed)
 
 
 def types_and_vehicles(routes: Routes) -> tuple[dict[str, dict[str, str]], list[dict[str, str]]]:
@@ -46,7 +46,7 @@ def test_the_same_seed_gives_the_same_bytes_in_a_fresh_cache(
 ) -> None:
     before = routes_of(name)
     monkeypatch.setenv("RIGHTOFWAY_CACHE", str(tmp_path))
-    fresh = demand.build(shipped(name), network_of(name), seed=1)
+    fresh = demand.build_routes(shipped(name), network_of(name), seed=1)
     assert tmp_path in fresh.path.parents
     assert fresh.path.read_bytes() == before.path.read_bytes()
     assert (fresh.hash, fresh.travellers) == (before.hash, before.travellers)
@@ -61,8 +61,8 @@ def test_what_does_not_drive_does_not_change_the_routes() -> None:
     one, other = parsed(), parsed(changes)
     assert one.hash != other.hash
     assert (
-        demand.build(one, network.build(one), 1).hash
-        == demand.build(other, network.build(other), 1).hash
+        demand.build_routes(one, network.build_network(one), 1).hash
+        == demand.build_routes(other, network.build_network(other), 1).hash
     )
 
 
@@ -71,10 +71,10 @@ def test_the_order_of_classes_in_the_file_does_not_change_the_routes() -> None:
     one, other = (
         parsed({"vehicles": dict(order)}) for order in (classes.items(), reversed(classes.items()))
     )
-    found = network.build(one)
+    found = network.build_network(one)
     assert (
-        demand.build(one, found, 1).path.read_text()
-        == demand.build(other, found, 1).path.read_text()
+        demand.build_routes(one, found, 1).path.read_text()
+        == demand.build_routes(other, found, 1).path.read_text()
     )
 
 
@@ -158,7 +158,9 @@ def test_between_periods_and_where_nothing_is_counted_nobody_departs() -> None:
     early = {"begin": 0, "end": 60, "northbound": counts}
     late = {"begin": 120, "end": 180, **dict.fromkeys(COMPASS, counts)}
     scenario = parsed({"demand": [early, late]})
-    travellers = demand.build(scenario, network.build(scenario), 1).travellers.values()
+    travellers = demand.build_routes(
+        scenario, network.build_network(scenario), 1
+    ).travellers.values()
     assert {one.id.split(".")[0] for one in travellers if one.depart <= 60} == {"northbound"}
     assert {one.id.split(".")[0] for one in travellers if one.depart >= 120} == set(COMPASS)
     assert not any(60 < one.depart < 120 for one in travellers)
@@ -169,12 +171,12 @@ def test_vehicles_of_the_last_seconds_of_a_period_turn_by_its_counts() -> None:
     changes = {f"approaches.{name}.length": 500 for name in COMPASS}
     changes |= {f"approaches.{name}.bay": 30 for name in COMPASS}
     scenario = parsed({**changes, **{f"demand.0.{name}": mostly for name in COMPASS}})
-    found = network.build(scenario)
+    found = network.build_network(scenario)
     (junction,) = found.junctions.values()
     turns = Counter(
         (movement_of(junction, traveller.route) or "?")[-1]
         for seed in range(1, 6)
-        for traveller in demand.build(scenario, found, seed).travellers.values()
+        for traveller in demand.build_routes(scenario, found, seed).travellers.values()
     )
     assert turns["C"] > 0.98 * turns.total()
 
@@ -202,9 +204,13 @@ def test_speed_factors_lie_within_two_deviations_of_one() -> None:
 
 
 def test_without_deviation_all_drivers_want_the_speed_limit() -> None:
-    demand.build(parsed(), network.build(parsed()), 1)  # a cached neighbour must not be taken
+    demand.build_routes(
+        parsed(), network.build_network(parsed()), 1
+    )  # a cached neighbour must not be taken
     scenario = parsed({"vehicles.car.speed_deviation": 0})
-    _, vehicles = types_and_vehicles(demand.build(scenario, network.build(scenario), 1))
+    _, vehicles = types_and_vehicles(
+        demand.build_routes(scenario, network.build_network(scenario), 1)
+    )
     assert vehicles
     assert {float(vehicle["speedFactor"]) for vehicle in vehicles} == {1.0}
 
@@ -215,7 +221,9 @@ def test_a_class_becomes_a_vehicle_type_with_its_driver() -> None:
     scenario = parsed(
         {"vehicles": {"lorry": {"share": 1, "kind": "truck", "length": 9, "car_following": driver}}}
     )
-    types, vehicles = types_and_vehicles(demand.build(scenario, network.build(scenario), 1))
+    types, vehicles = types_and_vehicles(
+        demand.build_routes(scenario, network.build_network(scenario), 1)
+    )
     lorry = types.pop("lorry")
     assert types == {}
     assert {vehicle["type"] for vehicle in vehicles} == {"lorry"}

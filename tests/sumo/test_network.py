@@ -112,7 +112,7 @@ def test_right_turns_keep_to_the_kerb_and_the_others_to_the_centre_of_the_exit(n
     ids=[*SHIPPED, "five lanes into three"],
 )
 def test_no_lane_ends_before_the_entrance_and_every_bay_can_be_reached(scenario: Scenario) -> None:
-    roads = sumolib.net.readNet(str(network.build(scenario).path))
+    roads = sumolib.net.readNet(str(network.build_network(scenario).path))
     for approach, asked in scenario.approaches.items():
         if asked.has_bay:
             upstream, bay = roads.getEdge(f"{approach}.upstream"), roads.getEdge(approach)
@@ -161,10 +161,10 @@ def test_a_scenario_builds_the_same_network_in_a_fresh_cache(
 ) -> None:
     before = network_of(name)
     monkeypatch.setattr(network, "_built", {})
-    again = network.build(shipped(name))
+    again = network.build_network(shipped(name))
     monkeypatch.setattr(network, "_built", {})
     monkeypatch.setenv("RIGHTOFWAY_CACHE", str(tmp_path))
-    fresh = network.build(shipped(name))
+    fresh = network.build_network(shipped(name))
     assert again == before
     assert tmp_path in fresh.path.parents
     assert (fresh.hash, fresh.junctions) == (before.hash, before.junctions)
@@ -178,7 +178,7 @@ def test_headings_that_turn_a_cross_into_a_left_are_refused_with_the_movements()
     headings = {"eastbound": 90, "southbound": 110, "westbound": 300}
     crooked = {f"approaches.{name}.heading": degrees for name, degrees in headings.items()}
     with pytest.raises(NetworkError, match=r"test/a: the headings make other movements .*N-C"):
-        network.build(parsed(crooked))
+        network.build_network(parsed(crooked))
 
 
 def test_a_route_has_the_movement_by_which_it_crosses() -> None:

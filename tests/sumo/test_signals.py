@@ -27,7 +27,7 @@ PHASES = ["N-L S-L", "N-C S-C", "E-L W-L", "E-C W-C"]
 def built(changes: dict[str, Any] | None = None) -> tuple[Scenario, Signal, Network]:
     scenario = parsed(changes)
     assert scenario.signal is not None
-    return scenario, scenario.signal, network.build(scenario)
+    return scenario, scenario.signal, network.build_network(scenario)
 
 
 @cache
@@ -45,7 +45,7 @@ def _at_centre(signal: Signal | None) -> dict[str, Signal]:
 
 
 def check(scenario: Scenario, signal: Signal, roads: Network) -> None:
-    signals.check(scenario, _at_centre(signal), roads)
+    signals.check_programs(scenario, _at_centre(signal), roads)
 
 
 def letters(junction: Junction, lights: str) -> dict[str, str]:
@@ -69,7 +69,7 @@ def expected(green: Sequence[str] = (), yellow: Sequence[str] = (), **right: str
 def test_a_shipped_signal_is_accepted(name: str) -> None:
     signal = shipped(name).signal
     assert signal is not None
-    signals.check(shipped(name), shipped(name).programs, network_of(name))
+    signals.check_programs(shipped(name), shipped(name).programs, network_of(name))
 
 
 def conflicting(permitted: list[str]) -> tuple[Scenario, Signal, Network]:
@@ -165,7 +165,7 @@ def test_sumo_takes_the_program(name: str, kind: str, tmp_path: Path) -> None:
     save = f'<timedEvent type="SaveTLSStates" source="intersection" dest="{states}"/>'
     text = signals.program_xml(_at_centre(chosen), found)
     path.write_text(text.replace("</additional>", f"{save}</additional>"))
-    tools.run("sumo", "-n", str(found.path), "-a", str(path), "--end", "5")
+    tools.run_program("sumo", "-n", str(found.path), "-a", str(path), "--end", "5")
     shown = {one.attrib["programID"] for one in ElementTree.parse(states).iter("tlsState")}
     assert shown == {kind}
 

@@ -28,7 +28,7 @@ def start(tmp_path: Path) -> Start:
     """Makes a simulation of vehicles by hand under dark lights."""
 
     def make(*trips: tuple[str, str, float], step: float = 1.0) -> Simulation:
-        roads = network.build(CROSSING)
+        roads = network.build_network(CROSSING)
         routes = write_routes(tmp_path / "hand.rou.xml", CROSSING, roads, trips)
         program = signals.program_file({}, roads)
         return Simulation(roads.path, routes, program, step=step, seed=1, window=False)
@@ -37,7 +37,7 @@ def start(tmp_path: Path) -> Start:
 
 
 def junction() -> Junction:
-    return network.build(CROSSING).junctions[LIGHT]
+    return network.build_network(CROSSING).junctions[LIGHT]
 
 
 @pytest.fixture(autouse=True)
@@ -64,7 +64,7 @@ def test_an_error_inside_closes_the_simulation(start: Start) -> None:
 
 
 def test_files_that_sumo_refuses_raise_its_words_and_close(start: Start, tmp_path: Path) -> None:
-    roads = network.build(CROSSING)
+    roads = network.build_network(CROSSING)
     program = signals.program_file({}, roads)
     missing = tmp_path / "missing.rou.xml"
     broken = Simulation(roads.path, missing, program, step=1, seed=1, window=False)
@@ -122,7 +122,7 @@ def test_a_vehicle_is_followed_through_the_zone_and_the_intersection(start: Star
 def test_the_zone_reaches_upstream_of_the_turn_bay() -> None:
     name = "smoke/asymmetric"
     roads, scenario = network_of(name), shipped(name)
-    routes = demand.build(scenario, roads, seed=1)
+    routes = demand.build_routes(scenario, roads, seed=1)
     program = signals.program_file({}, roads)
     seen: dict[str, list[float]] = {}
     with Simulation(roads.path, routes.path, program, step=1, seed=1, window=False) as simulation:

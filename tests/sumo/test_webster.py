@@ -189,7 +189,7 @@ def test_a_shared_lane_carries_the_flow_ratios_of_its_movements() -> None:
     name = "smoke/crossing"
     scenario, intersection = shipped(name), intersection_of(name)
     group = groups_of(name)[1]
-    phase = webster.propose(scenario, intersection_of(name)).phases[0]
+    phase = webster.propose_program(scenario, intersection_of(name)).phases[0]
     assert phase.movements == group.movements == ("N-C", "N-L")
     assert phase.permitted == ()
     by_hand = sum(
@@ -203,8 +203,8 @@ def test_a_shared_lane_carries_the_flow_ratios_of_its_movements() -> None:
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_proposal_lets_every_movement_go_safely(name: str) -> None:
     scenario = shipped(name)
-    signal = webster.propose(scenario, intersection_of(name))
-    signals.check(scenario, {CENTRE: signal}, network_of(name))
+    signal = webster.propose_program(scenario, intersection_of(name))
+    signals.check_programs(scenario, {CENTRE: signal}, network_of(name))
     assert Signal.model_validate(signal.model_dump()) == signal
     green = {movement for phase in signal.phases for movement in phase.movements}
     assert green == set(intersection_of(name).regulated_movements)
@@ -215,5 +215,5 @@ def test_a_proposal_lets_every_movement_go_safely(name: str) -> None:
 
 @pytest.mark.parametrize("name", PAPER)
 def test_a_proposal_is_retimed_to_itself(name: str) -> None:
-    signal = webster.propose(shipped(name), intersection_of(name))
+    signal = webster.propose_program(shipped(name), intersection_of(name))
     assert webster.retimed(shipped(name), intersection_of(name), signal) == signal

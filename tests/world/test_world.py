@@ -16,7 +16,7 @@ from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.records.record import JunctionMetrics, Record
 from benchmark.scenario.scenario import Scenario
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.sumo import demand, network
 from benchmark.sumo.demand import Routes, Traveller
 
@@ -66,16 +66,16 @@ def play(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Play:
         name = script if isinstance(script, str) else "scripted"
         with monkeypatch.context() as patch:
             if not isinstance(script, str):
-                patch.setattr(plugins, "load", lambda name: kind)
+                patch.setattr(plugins, "load_class", lambda name: kind)
                 patch.setattr(plugins, "provenance", lambda name: "tests")
             if trips is not None:
-                roads = network.build(scenario)
+                roads = network.build_network(scenario)
                 path = write_routes(tmp_path / "hand.rou.xml", scenario, roads, trips)
                 movements = roads.junctions[LIGHT].intersection.movements
                 ways = {m: (one.approach, one.exit) for m, one in movements.items()}
                 travellers = {v: Traveller(v, "car", at, ways[m]) for v, m, at in trips}
-                patch.setattr(demand, "build", lambda *_: Routes(path, "", travellers, ""))
-            record = run(Episode(scenario, name, rate, seed=1))
+                patch.setattr(demand, "build_routes", lambda *_: Routes(path, "", travellers, ""))
+            record = run_episode(Episode(scenario, name, rate, seed=1))
         assert record.status == "ok", record.reason
         return record, kind.seen
 
@@ -224,7 +224,7 @@ def test_a_phase_command_gets_yellow_and_all_red_first(play: Play) -> None:
     _, seen = play(change, [], rules="signals")
 
     def course(movement: str) -> list[tuple[str, int]]:
-        links = network.build(CROSSING).junctions[LIGHT].links
+        links = network.build_network(CROSSING).junctions[LIGHT].links
         (place,) = (index for index, name in links.items() if name == movement)
         shown = (state[place] for state in lights[1:])  # the first is the program's own
         return [(letter, len(list(run))) for letter, run in groupby(shown)]

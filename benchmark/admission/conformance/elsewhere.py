@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from benchmark.admission.conformance import reach
-from benchmark.admission.conformance.watching import Commands, watch
+from benchmark.admission.conformance.watching import Commands, watch_episode
 from benchmark.control import plugins
 from benchmark.control.guard import ControllerFailedError
 from benchmark.plumbing.errors import RightOfWayError
@@ -30,7 +30,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Trial:
     """What became of it."""
 
     failure: str | None = None
@@ -40,25 +40,25 @@ class Outcome:
     reaches: Sequence[str] = ()  # beyond the contract, as ``reach`` words it
 
 
-def run(tasks: Sequence[Task]) -> list[Outcome]:
+def run_elsewhere(tasks: Sequence[Task]) -> list[Trial]:
     """Run episodes under a hash seed other than this process's.
 
     Raises:
         RightOfWayError: a scenario cannot be run.
     """
-    found: list[Outcome] = []
+    found: list[Trial] = []
     with _other_hash_seed(), pool(min(2, len(tasks)), reach.begin) as started:
         futures = [started.schedule(run_one, args=(one,), timeout=TIME_LIMIT) for one in tasks]
         try:
             for future in futures:
-                found.append(_outcome(future))
+                found.append(_trial(future))
                 if found[-1].failure == HANGS:  # and so would those after it
                     started.stop()  # type: ignore[no-untyped-call]
                     break
         except BaseException:  # Ctrl-C, for one
             started.stop()  # type: ignore[no-untyped-call]
             raise
-    return [*found, *[Outcome(skipped="an episode before it did not end")] * len(futures)][
+    return [*found, *[Trial(skipped="an episode before it did not end")] * len(futures)][
         : len(futures)
     ]
 
@@ -75,28 +75,30 @@ def _other_hash_seed() -> Iterator[None]:
             os.environ["PYTHONHASHSEED"] = before
 
 
-def _outcome(future: "Future[Outcome]") -> Outcome:
+def _trial(future: "Future[Trial]") -> Trial:
     from pebble import ProcessExpired
 
     try:
         return future.result()
     except TimeoutError:
-        return Outcome(HANGS)
+        return Trial(HANGS)
     except ProcessExpired as error:
-        return Outcome(f"its process died ({error.exitcode})")
+        return Trial(f"its process died ({error.exitcode})")
     except RightOfWayError:
         raise
     except Exception as error:  # SUMO's own errors in mid-episode, for one
-        return Outcome(f"{type(error).__name__}: {error}")
+        return Trial(f"{type(error).__name__}: {error}")
 
 
-def run_one(task: Task) -> Outcome:
+def run_one(task: Task) -> Trial:
     """Run an episode in this process."""
     try:
-        found = watch(plugins.find(task.controller), task.scenario, task.rate, task.seed)
+        found = watch_episode(
+            plugins.find_controller(task.controller), task.scenario, task.rate, task.seed
+        )
     except ControllerFailedError as fault:
-        return Outcome(str(fault), reaches=tuple(reach.found))
-    return Outcome(
+        return Trial(str(fault), reaches=tuple(reach.found))
+    return Trial(
         skipped=found.skipped,
         commands=[[in_words(one) for one in track.commands] for track in found.tracks],
         refusals=found.refusals,

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any
 
-from benchmark.admission.conformance.watching import Recorder
+from benchmark.admission.conformance.watching import Watcher
 
 FORBIDDEN = (
     "libsumo",
@@ -38,7 +38,7 @@ EVENTS = {
     "os.fork": "starts a process",
     "os.posix_spawn": "starts a process",
 }
-CALLS = (Recorder.reset.__code__, Recorder.act.__code__)
+CALLS = (Watcher.reset.__code__, Watcher.act.__code__)
 
 found: list[str] = []
 """What was noticed in this process, each once, as in ``mine.py:3 imports libsumo``."""

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from benchmark.admission.conformance import elsewhere
-from benchmark.admission.conformance.elsewhere import Outcome, Task
-from benchmark.admission.conformance.watching import Track, Watched, watch
+from benchmark.admission.conformance.elsewhere import Task, Trial
+from benchmark.admission.conformance.watching import Track, Watched, watch_episode
 from benchmark.control import plugins
 from benchmark.control.controller import Controller
 from benchmark.control.plugins import Plugin
@@ -35,9 +35,9 @@ class Subject:
         """The controller.
 
         Raises:
-            ControllerError: as ``benchmark.control.plugins.find``.
+            ControllerError: as ``benchmark.control.plugins.find_controller``.
         """
-        return plugins.find(self._controller)
+        return plugins.find_controller(self._controller)
 
     @property
     def rate(self) -> float | None:
@@ -59,7 +59,9 @@ class Subject:
 
     def unmet(self, scenario: Scenario) -> str | None:
         """What it declares to need and the scenario lacks."""
-        return self.plugin.declaration.unmet(network.build(scenario).intersections, self.rate)
+        return self.plugin.declaration.unmet(
+            network.build_network(scenario).intersections, self.rate
+        )
 
     def skipped(self, scenario: Scenario) -> str | None:
         """Why it is not run on a scenario; None if it is, whatever comes of it."""
@@ -73,27 +75,29 @@ class Subject:
         outcomes = self.elsewhere(scenario).values()
         return bool(outcomes) and not any(one.failure or one.skipped for one in outcomes)
 
-    def elsewhere(self, scenario: Scenario) -> Mapping[float | None, Outcome]:
+    def elsewhere(self, scenario: Scenario) -> Mapping[float | None, Trial]:
         """What became of episodes in processes of their own, by rate; none where it lacks needs."""
         return self._outcomes.get(scenario.hash, {})
 
     @cached_property
-    def _outcomes(self) -> dict[str, dict[float | None, Outcome]]:
+    def _outcomes(self) -> dict[str, dict[float | None, Trial]]:
         tasks = [
             Task(self.plugin.reference, scenario, rate, SEED)
             for scenario in self.scenarios
             if self.unmet(scenario) is None
             for rate in self.rates
         ]
-        found: dict[str, dict[float | None, Outcome]] = {}
-        for task, outcome in zip(tasks, elsewhere.run(tasks) if tasks else [], strict=True):
+        found: dict[str, dict[float | None, Trial]] = {}
+        for task, outcome in zip(
+            tasks, elsewhere.run_elsewhere(tasks) if tasks else [], strict=True
+        ):
             found.setdefault(task.scenario.hash, {})[task.rate] = outcome
         return found
 
     def live(self, scenario: Scenario) -> Watched:
         """An episode in this process, of a scenario on which those elsewhere went well."""
         if scenario.hash not in self._live:
-            self._live[scenario.hash] = watch(self.plugin, scenario, self.rate, SEED)
+            self._live[scenario.hash] = watch_episode(self.plugin, scenario, self.rate, SEED)
         return self._live[scenario.hash]
 
     def other(self, scenario: Scenario) -> Sequence[Track]:
@@ -102,4 +106,4 @@ class Subject:
         for one in [*self.scenarios[index + 1 :], *self.scenarios[:index]]:
             if self.ran(one):
                 return self.live(one).tracks
-        return watch(self.plugin, scenario, self.rate, SEED + 1).tracks
+        return watch_episode(self.plugin, scenario, self.rate, SEED + 1).tracks

@@ -34,7 +34,7 @@ class Track:
         return replace(self, states=self.states[:steps], commands=self.commands[:steps])
 
 
-class Recorder(Controller):
+class Watcher(Controller):
     """Stands before a controller and keeps its track.
 
     Args:
@@ -101,10 +101,10 @@ def _difference(given: Any, untouched: Any) -> str | None:
 class _Watching(Plugin):
     """A plugin whose controllers are recorded."""
 
-    recorders: list[Recorder] = field(default_factory=list)
+    recorders: list[Watcher] = field(default_factory=list)
 
-    def new(self) -> Recorder:
-        self.recorders.append(Recorder(super().new()))
+    def new(self) -> Watcher:
+        self.recorders.append(Watcher(super().new()))
         return self.recorders[-1]
 
 
@@ -117,7 +117,7 @@ class Watched:
     refusals: Sequence[str] = ()  # reasons, with how often and when first
 
 
-def watch(plugin: Plugin, scenario: Scenario, rate: float | None, seed: int) -> Watched:
+def watch_episode(plugin: Plugin, scenario: Scenario, rate: float | None, seed: int) -> Watched:
     """Run an episode.
 
     Raises:

@@ -95,7 +95,7 @@ def opened(folder: Path, manifest: Manifest) -> tuple[Check, Bundle | None]:
     try:
         records = Store(folder).read()
         paths = sorted((folder / "actions").glob("*.parquet"))
-        logs = {log.record.episode: log for log in map(action_log.read, paths)}
+        logs = {log.record.episode: log for log in map(action_log.read_log, paths)}
         for log in logs.values():
             rescoring.check_scenario(log)
     except RightOfWayError as error:

@@ -18,7 +18,7 @@ from benchmark.control.training import FRESH_SEEDS
 from benchmark.plumbing.errors import RightOfWayError
 from benchmark.records.record import Record
 from benchmark.study import rescoring
-from benchmark.study.episode import Episode, run, run_with
+from benchmark.study.episode import Episode, run_episode, run_opened
 from benchmark.study.episodes import build_ahead
 from benchmark.study.pool import LocalPool
 
@@ -37,8 +37,8 @@ class Runner:
         """Run an episode under it, in a worker process."""
         mine = replace(episode, controller=self.reference)
         if not self.path:
-            return run(mine)
-        return run_with(lambda: Remote(self.reference, mine.limits, self.path), mine)
+            return run_episode(mine)
+        return run_opened(lambda: Remote(self.reference, mine.limits, self.path), mine)
 
 
 def runner(folder: Path, manifest: Manifest, *, run_code: bool) -> Runner | str:
@@ -56,7 +56,7 @@ def runner(folder: Path, manifest: Manifest, *, run_code: bool) -> Runner | str:
     installed = None
     if name in plugins.discovered():  # never a file or module, which the manifest could choose
         with contextlib.suppress(RightOfWayError):
-            installed = code.of(plugins.load(name))
+            installed = code.of(plugins.load_class(name))
     if installed is not None and installed.sha256 == manifest.code.sha256:
         return Runner(reference)
     here = "not installed" if installed is None else "installed with other code"

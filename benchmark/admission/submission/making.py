@@ -57,7 +57,7 @@ def gather(reference: str, attribution: Attribution, *, with_code: bool) -> Subm
             does not declare what its weights were trained on, or it holds weights that can run
             code when they are loaded.
     """
-    plugin = plugins.find(reference)
+    plugin = plugins.find_controller(reference)
     source = plugins.provenance(reference)
     submission = Submission(
         plugin,

@@ -84,7 +84,7 @@ def _rest(done: Sequence[Check]) -> list[Check]:
 def _replayed(bundle: Bundle, workers: int) -> Check:
     episodes = [rescoring.LoggedEpisode.of(bundle.logs[record.episode]) for record in bundle.good]
     build_ahead(episodes)
-    running = LocalPool(workers, work=rescoring.score).run(episodes)
+    running = LocalPool(workers, work=rescoring.rescore).run(episodes)
     made = {record.episode: record for _, record in running}
     problems = []
     for original in bundle.good:

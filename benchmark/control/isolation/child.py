@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmark.control import plugins
-from benchmark.control.commands import text, write
+from benchmark.control.commands import text, write_command
 from benchmark.control.controller import Command, expect_mapping
 from benchmark.control.guard import PROGRAMS, TRAINED_ON, ControllerFailedError, Guard, raised
 from benchmark.control.intersection import Intersection
@@ -96,7 +96,7 @@ class Service:
         imports.close()
         sys.path[:0] = opening.path  # not before: what lies there may shadow what was imported
         os.chdir(opening.folder)  # where the reference's paths begin
-        plugin = plugins.find(opening.reference)
+        plugin = plugins.find_controller(opening.reference)
         options = {
             key: value.absolute() if isinstance(value, Path) else value
             for key, value in plugin.options.items()
@@ -129,4 +129,6 @@ class Writer:
             ControllerError: they are no mapping.
         """
         expect_mapping(self._controller, commands)
-        return channel.Commands([write(target, command) for target, command in commands.items()])
+        return channel.Commands(
+            [write_command(target, command) for target, command in commands.items()]
+        )

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from benchmark.control import plugins
 from benchmark.control import reference as naming
-from benchmark.control.commands import read
+from benchmark.control.commands import read_commands
 from benchmark.control.declarations import Declaration
 from benchmark.control.guard import (
     PROGRAMS,
@@ -41,13 +41,13 @@ def isolated(reference: str, wish: bool | None) -> bool:
     return wish if wish is not None else bool(naming.parse(reference).attribute)
 
 
-def look(
+def declaration_of(
     reference: str, wish: bool | None = None, limits: Limits = DEFAULT, folder: Path = Path()
 ) -> Declaration:
     """What a controller says of itself; where it is to be isolated, it is not imported here.
 
     Args:
-        reference: as ``benchmark.control.plugins.find`` reads it.
+        reference: as ``benchmark.control.plugins.find_controller`` reads it.
         wish: whether to isolate it; None: if it is not installed.
         limits: of time and memory.
         folder: where a file's relative path begins.
@@ -56,12 +56,12 @@ def look(
         ControllerError: it cannot be found, imported or isolated.
     """
     if not isolated(reference, wish):
-        return plugins.find(reference, folder).declaration
-    return declared(str(naming.parse(reference).placed(folder)), limits)
+        return plugins.find_controller(reference, folder).declaration
+    return ask_declaration(str(naming.parse(reference).placed(folder)), limits)
 
 
 @cache
-def declared(reference: str, limits: Limits) -> Declaration:
+def ask_declaration(reference: str, limits: Limits) -> Declaration:
     """What a controller's class says of itself, asked in a process of its own.
 
     Raises:
@@ -78,7 +78,7 @@ class Remote:
     """An isolated controller; a context manager that ends its process.
 
     Args:
-        reference: its name, with options as ``benchmark.control.plugins.find`` reads them.
+        reference: its name, with options, as ``find_controller`` reads it.
         limits: of time and memory.
         path: folders that it is imported from, before all others.
 
@@ -167,7 +167,7 @@ class RemoteGuard:
             reason = f"{doing}: its answers took more than {self._limits.episode:g} s together"
             raise ControllerFailedError(reason, "timed out")
         try:
-            return judge.decide(state, read(answer.commands))
+            return judge.decide(state, read_commands(answer.commands))
         except Exception as error:
             raise raised(doing, error) from error
 

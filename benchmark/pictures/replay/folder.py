@@ -10,7 +10,7 @@ from benchmark.records.record import Record
 from benchmark.reports.site.replays import FOLDER
 from benchmark.study import action_log
 from benchmark.study.action_log import Key
-from benchmark.study.episode import Audience, Episode, run
+from benchmark.study.episode import Audience, Episode, run_episode
 from benchmark.study.rescoring import run_logged
 
 
@@ -33,7 +33,7 @@ def run_recorded(episode: Episode, pages: Path, actions: Path | None = None) -> 
     """
     recorder = Recorder()
     if actions is None:
-        record = run(episode, Audience(onlooker=recorder))
+        record = run_episode(episode, Audience(onlooker=recorder))
     else:
         record = run_logged(episode, actions, recorder)
     if record.status == "ok":
@@ -44,7 +44,7 @@ def run_recorded(episode: Episode, pages: Path, actions: Path | None = None) -> 
 
 def name_of(episode: Key) -> str:
     """The file's name, as that of its action log."""
-    return Path(action_log.name_of(episode)).with_suffix(".html").name
+    return Path(action_log.log_name(episode)).with_suffix(".html").name
 
 
 def is_kept(pages: Path, episode: Key, identity: str) -> bool:

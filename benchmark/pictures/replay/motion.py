@@ -1,8 +1,8 @@
 """Where vehicles are between two steps; ``page/motion.js`` beside does the same in pages.
 
 A cubic curve through the places of each step whose speeds are the harmonic means of those before
-and after, so that nobody overshoots: who stands stands still. SUMO changes lanes within a step; on
-the way a vehicle turns aside and back.
+and after, so that no vehicle overshoots, and one that stands stays where it is. SUMO changes lanes
+within a step; on the way a vehicle turns aside and back.
 """
 
 from dataclasses import dataclass

@@ -200,7 +200,7 @@ class Recorder:
 
 
 class _Columns:
-    """What is kept of every vehicle in every step, in columns that stay small."""
+    """The log of every vehicle in every step, in columns that take little memory."""
 
     def __init__(self) -> None:
         self.step: array[int] = array("l")

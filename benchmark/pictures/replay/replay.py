@@ -12,7 +12,7 @@ from benchmark.pictures.replay.recorder import Recorder
 from benchmark.pictures.replay.trajectories import Trajectories
 from benchmark.plumbing.errors import TrajectoryError
 from benchmark.records.record import Record
-from benchmark.study.episode import Audience, Episode, run
+from benchmark.study.episode import Audience, Episode, run_episode
 
 FRAME = Markup(
     '<iframe title="{}" srcdoc="{}" sandbox="allow-scripts" loading="lazy" '
@@ -98,7 +98,7 @@ def recorded(episode: Episode) -> Trajectories:
         RightOfWayError: the scenario cannot be run.
     """
     recorder = Recorder()
-    record = run(episode, Audience(onlooker=recorder))
+    record = run_episode(episode, Audience(onlooker=recorder))
     if record.status != "ok":
         raise TrajectoryError(
             f"{record.controller} on {record.scenario}, seed {record.seed}: nothing to show, "

@@ -79,7 +79,7 @@ def _svg(figure: Figure) -> str:
 
 def _scenes(scenario: Scenario) -> list[Scene]:
     """Each junction, with the ground of all of them."""
-    built = network.build(scenario)
+    built = network.build_network(scenario)
     around = ground.surroundings(built)
     return [Scene(scenario, junction, around) for junction in built.junctions.values()]
 

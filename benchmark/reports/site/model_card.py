@@ -40,7 +40,7 @@ def describe(reference: str) -> Description:
     if name not in plugins.discovered():
         return Description()
     try:
-        kind = plugins.load(name)
+        kind = plugins.load_class(name)
     except ControllerError:
         return Description()
     return Description(plugins.description(kind), render(_prose(kind)), _card(kind))

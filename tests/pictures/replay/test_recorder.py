@@ -9,7 +9,7 @@ from factories.scenarios import smoke
 
 from benchmark.pictures.replay.recorder import Recorder
 from benchmark.pictures.replay.trajectories import Told, Trajectories
-from benchmark.study.episode import Audience, Episode, run
+from benchmark.study.episode import Audience, Episode, run_episode
 
 
 @pytest.mark.parametrize(
@@ -24,8 +24,8 @@ from benchmark.study.episode import Audience, Episode, run
 )
 def test_who_watches_changes_nothing(episode: Episode) -> None:
     still = {"wall_time": 0.0}
-    watched = run(episode, Audience(onlooker=Recorder()))
-    assert watched.model_copy(update=still) == run(episode).model_copy(update=still)
+    watched = run_episode(episode, Audience(onlooker=Recorder()))
+    assert watched.model_copy(update=still) == run_episode(episode).model_copy(update=still)
 
 
 def test_everybody_is_there_while_on_the_road(kept: Trajectories) -> None:

@@ -34,6 +34,6 @@ def test_what_does_not_end_well_has_nothing_to_show(monkeypatch: pytest.MonkeyPa
     def skipped(episode: Episode, _: object) -> Record:
         return episode.record("skipped", reason="too few RVs")
 
-    monkeypatch.setattr("benchmark.pictures.replay.replay.run", skipped)
+    monkeypatch.setattr("benchmark.pictures.replay.replay.run_episode", skipped)
     with pytest.raises(TrajectoryError, match="seed 1: nothing to show, skipped: too few RVs"):
         Replay.of(CROSSING)

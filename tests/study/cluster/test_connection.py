@@ -17,7 +17,7 @@ from factories.processes import PATIENCE, wait_for, worker_of
 from benchmark.plumbing.errors import ClusterError
 from benchmark.study.cluster import connection
 from benchmark.study.cluster.executor import Cluster
-from benchmark.study.episode import run
+from benchmark.study.episode import run_episode
 
 
 @pytest.mark.parametrize("address", ["", "host", "tcp://host", "http://host:1", "tcp://a:b"])
@@ -110,4 +110,4 @@ def test_a_scheduler_that_comes_back_is_given_its_episodes_again(
 
         cluster = Cluster(partial(connection.running, address), notice=replace)
         found = list(cluster.run(GOOD))
-    assert lines(record for _, record in found) == lines(map(run, GOOD))
+    assert lines(record for _, record in found) == lines(map(run_episode, GOOD))
