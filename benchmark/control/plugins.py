@@ -1,7 +1,7 @@
 """How controllers are found: installed, in a file, or in a module.
 
-``find_controller`` is the one door: it takes any reference of ``benchmark.control.reference`` and checks its
-options against the constructor's signature.
+``find_controller`` is the one door: it takes any reference of ``benchmark.control.reference`` and
+checks its options against the constructor's signature.
 """
 
 import inspect
@@ -29,7 +29,7 @@ GROUP = "rightofway.controllers"
 class Plugin:
     """A controller as it is to be run: its class and its options."""
 
-    reference: str  # as ``find_controller`` reads it from any folder: files absolute, options sorted by name
+    reference: str  # as ``find_controller`` reads it anywhere: files absolute, options sorted
     kind: type[Controller]
     options: Mapping[str, object] = field(default_factory=dict)
 
@@ -63,8 +63,8 @@ def find_controller(text: str, folder: Path = Path()) -> Plugin:
         folder: where a file's relative path begins.
 
     Raises:
-        ControllerError: as ``load_class``; an option is unknown, missing, given twice or has a wrong
-            value.
+        ControllerError: as ``load_class``; an option is unknown, missing, given twice or has a
+            wrong value.
     """
     parts = naming.parse(text).placed(folder)
     kind = load_class(parts.name)
