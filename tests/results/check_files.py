@@ -124,7 +124,7 @@ def test_the_committed_records_come_back_and_take_less_room(tmp_path: Path) -> N
     assert store.size() < size / 3
 
 
-def test_ours_holds_every_episode_of_its_suite(shipped: reference.Reference) -> None:
+def test_ours_holds_every_episode_of_its_suite(shipped: reference.RegressionReference) -> None:
     suite = load_suite(shipped_suites()["regression"])
     assert shipped.provenance is not None
     assert shipped.provenance.suite_hash == provenance.hash_of(suite), REMEDY
@@ -136,7 +136,7 @@ def test_ours_holds_every_episode_of_its_suite(shipped: reference.Reference) -> 
     assert {one.status for one in shipped.records} == {"ok"}
 
 
-def test_ours_names_nobodys_machine(shipped: reference.Reference) -> None:
+def test_ours_names_nobodys_machine(shipped: reference.RegressionReference) -> None:
     made = shipped.provenance
     assert made is not None
     assert made.command.startswith("rightofway reference update")

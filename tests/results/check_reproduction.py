@@ -47,7 +47,7 @@ def test_a_record_comes_out_again_as_it_was_committed(
     ],
 )
 def test_ours_equals_what_the_code_gives(
-    shipped: reference.Reference, scenario: str, controller: str, rate: float | None
+    shipped: reference.RegressionReference, scenario: str, controller: str, rate: float | None
 ) -> None:
     (committed,) = (
         one

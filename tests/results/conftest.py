@@ -29,5 +29,5 @@ def refuse(message: str) -> None:
 
 
 @pytest.fixture(scope="session")
-def shipped() -> reference.Reference:
+def shipped() -> reference.RegressionReference:
     return reference.read_reference(RESULTS / "reference", refuse)
