@@ -1,12 +1,17 @@
-// What part of the ground is shown: shared by all stages, so that they show the same.
+// What part of the ground is shown, all junctions at first: shared by all stages, so that they show the same.
 
 const CLOSEST = 60; // pixels per metre
 const FARTHEST = 0.3;
+const AROUND = 55; // m of road around the junctions
 
 class Camera {
   constructor(ground) {
-    const [first] = ground.junctions;
-    this.home = { x: first.centre[0], y: first.centre[1], reach: first.radius + 55 }; // m
+    const sides = [0, 1].map((axis) => {
+      const ends = ground.junctions.flatMap(({ centre, radius }) => [-1, 1].map((side) => centre[axis] + side * (radius + AROUND)));
+      return [Math.min(...ends), Math.max(...ends)];
+    });
+    const [x, y] = sides.map(([low, high]) => (low + high) / 2);
+    this.home = { x, y, reach: Math.max(...sides.map(([low, high]) => high - low)) / 2 }; // m
     this.reset();
   }
 

@@ -26,22 +26,27 @@ class Figures {
     }
   }
 
-  // The summary of a junction in a step.
-  at(step, junction = 0) {
+  // The summary of a step, over all junctions.
+  at(step) {
     const { episode } = this;
-    const of = (name) => episode[`${junction}.${name}`];
-    const free = of("unregulated");
-    const lanes = free.length / episode.steps;
-    let unregulated = 0;
-    for (let row = 0; row < lanes; row += 1) unregulated += free[row * episode.steps + step];
+    const of = (name) => episode.ground.junctions.map((_, junction) => episode[`${junction}.${name}`]);
+    const sum = (values) => values.reduce((total, value) => total + value, 0);
+    const mean = (name) => {
+      const values = of(name).map((curve) => curve[step]).filter(Number.isFinite);
+      return sum(values) / values.length; // NaN for none
+    };
+    const lanes = of("unregulated").map((free) => free.length / episode.steps);
+    const free = of("unregulated").flatMap((rows, index) =>
+      Array.from({ length: lanes[index] }, (_, row) => rows[row * episode.steps + step]),
+    );
     return {
       vehicles: episode.starts[step + 1] - episode.starts[step],
-      waiting: of("waiting")[step],
-      average: of("average")[step],
-      passed: of("passed")[step],
+      waiting: mean("waiting"),
+      average: mean("average"),
+      passed: sum(of("passed").map((curve) => curve[step])),
       collisions: episode.collisions.filter((one) => one.counted && one.first <= step).length,
-      unregulated,
-      lanes,
+      unregulated: sum(free),
+      lanes: sum(lanes),
     };
   }
 
