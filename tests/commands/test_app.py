@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
-from factories.processes import PATIENCE
+from factories.processes import PATIENCE, without_sumo
 from factories.scenarios import ROOT, SCENARIOS, SHIPPED, SMOKE, edited
 from plugins import install
 
@@ -197,18 +197,7 @@ BOARDS = ("LEADERBOARD.md", "leaderboard.csv")
 
 @pytest.fixture
 def no_sumo(tmp_path: Path) -> Path:
-    """A folder for PYTHONPATH that makes every import of SUMO's packages fail."""
-    folder = tmp_path / "no-sumo"
-    folder.mkdir()
-    (folder / "sitecustomize.py").write_text(
-        "import sys\n"
-        "class Finder:\n"
-        "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name.split('.')[0] in ('libsumo', 'sumo', 'sumolib', 'traci'):\n"
-        "            raise ImportError(f'{name} is not here')\n"
-        "sys.meta_path.insert(0, Finder())\n"
-    )
-    return folder
+    return without_sumo(tmp_path / "no-sumo")
 
 
 def test_the_leaderboard_comes_in_every_format_without_sumo(

@@ -17,7 +17,7 @@ from typing import Any
 
 import psutil
 import pytest
-from factories.processes import PATIENCE
+from factories.processes import PATIENCE, heard
 from plugins import install
 
 COMMAND = str(Path(sys.executable).parent / "rightofway")
@@ -84,17 +84,6 @@ def until(ready: Callable[[], bool], process: subprocess.Popen[str]) -> None:
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < deadline
         time.sleep(0.005)
-
-
-def heard(process: subprocess.Popen[str], wanted: str) -> str:
-    """What the command says until it says what is wanted."""
-    said = ""
-    assert process.stderr is not None
-    while wanted not in said:
-        line = process.stderr.readline()
-        assert line, said
-        said += line
-    return said
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser import Visit
-from factories.processes import PATIENCE
+from factories.processes import PATIENCE, without_sumo
 from factories.records import record
 
 from benchmark.plumbing.errors import UsageError
@@ -180,16 +180,7 @@ def test_a_users_scenario_is_drawn_where_sumo_is_and_described_where_it_is_not(
     assert "Signal program" in page.read_text("utf-8")
     assert (tmp_path / "site" / "drawings" / "mine-crossing-plan.svg").is_file()
 
-    shim = tmp_path / "shim"
-    shim.mkdir()
-    (shim / "sitecustomize.py").write_text(
-        "import sys\n"
-        "class Finder:\n"
-        "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name.split('.')[0] in ('libsumo', 'sumo', 'sumolib', 'traci'):\n"
-        "            raise ImportError(f'{name} is not here')\n"
-        "sys.meta_path.insert(0, Finder())\n"
-    )
+    shim = without_sumo(tmp_path / "shim")
     path = os.pathsep.join(filter(None, (str(shim), os.environ.get("PYTHONPATH"))))
     cache = str(tmp_path / "cache")
     done = rightofway(

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from factories.processes import PATIENCE
+from factories.processes import PATIENCE, heard
 from factories.scenarios import smoke
 from safetensors.numpy import load_file
 
@@ -152,17 +152,6 @@ SLOW = (
     ),
 )
 """Rounds that take many seconds, so that two signals are sure to fall within one."""
-
-
-def heard(process: subprocess.Popen[str], wanted: str) -> str:
-    """What the command says until it says what is wanted."""
-    said = ""
-    assert process.stderr is not None
-    while wanted not in said:
-        line = process.stderr.readline()
-        assert line, said
-        said += line
-    return said
 
 
 def test_a_second_interrupt_stops_at_once(tmp_path: Path) -> None:

@@ -17,6 +17,17 @@ def kill(pid: int) -> None:
     os.kill(pid, signal.SIGKILL)
 
 
+def heard(process: subprocess.Popen[str], wanted: str) -> str:
+    """What the command says until it says what is wanted."""
+    said = ""
+    assert process.stderr is not None
+    while wanted not in said:
+        line = process.stderr.readline()
+        assert line, said
+        said += line
+    return said
+
+
 def wait_for(condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + PATIENCE
     while not condition():
@@ -45,3 +56,17 @@ def worker_of(address: str, *first: Path, script: str = DASK_WORKER) -> Iterator
     finally:
         process.kill()
         process.wait()
+
+
+def without_sumo(folder: Path) -> Path:
+    """A folder for PYTHONPATH that makes every import of SUMO's packages fail."""
+    folder.mkdir()
+    (folder / "sitecustomize.py").write_text(
+        "import sys\n"
+        "class Finder:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name.split('.')[0] in ('libsumo', 'sumo', 'sumolib', 'traci'):\n"
+        "            raise ImportError(f'{name} is not here')\n"
+        "sys.meta_path.insert(0, Finder())\n"
+    )
+    return folder

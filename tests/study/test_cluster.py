@@ -17,9 +17,7 @@ from distributed import Client, LocalCluster
 from factories.episodes import GOOD, lines
 from factories.processes import PATIENCE, kill, pid_in, wait_for
 from factories.scenarios import smoke
-from plugins import install
 
-from benchmark.control import plugins
 from benchmark.plumbing.errors import ClusterError
 from benchmark.records.record import Record
 from benchmark.records.store import Store
@@ -29,6 +27,8 @@ from benchmark.study.cluster.executor import Cluster
 from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 
+pytestmark = pytest.mark.usefixtures("hostile")
+
 SHORT = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
 COMMAND = [
     sys.executable,
@@ -37,16 +37,6 @@ COMMAND = [
     "run",
     "smoke/crossing",
 ]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _hostile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The hostile controllers are installed, here and in worker processes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(install(tmp_path_factory.mktemp("site") / "hostile"))
-        plugins.discovered.cache_clear()
-        yield
-    plugins.discovered.cache_clear()
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 """The suite: which episodes a study holds, and worker processes that survive bad controllers."""
 
 from collections import Counter
-from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
@@ -9,7 +8,6 @@ import psutil
 import pytest
 from factories.processes import PATIENCE
 from factories.scenarios import smoke
-from plugins import install
 
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
@@ -17,7 +15,9 @@ from benchmark.study.episode import Episode
 from benchmark.study.episodes import all_episodes
 from benchmark.study.pool import LocalPool
 
-TIME_LIMIT = 5.0  # s; an episode here takes a tenth of a second, a worker's start one
+pytestmark = pytest.mark.usefixtures("hostile")
+
+TIME_LIMIT = 20.0  # s; an episode here takes a tenth of a second, a worker's start one
 DOOMED = {
     "raises-in-act": (
         "failed",
@@ -30,16 +30,6 @@ DOOMED = {
     "crashes": ("crashed", "the worker process died (SIGSEGV)"),
     "hangs": ("timed out", f"not done after {TIME_LIMIT:g} s"),
 }  # status and part of the reason
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _hostile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The hostile controllers are installed, here and in worker processes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(install(tmp_path_factory.mktemp("site") / "hostile"))
-        plugins.discovered.cache_clear()
-        yield
-    plugins.discovered.cache_clear()
 
 
 def test_episodes_are_ordered_by_scenario_controller_rate_and_seed() -> None:

@@ -10,27 +10,17 @@ from pathlib import Path
 
 import psutil
 import pytest
-from factories.processes import PATIENCE
+from factories.processes import pid_in
 from factories.scenarios import smoke
-from plugins import install
 
-from benchmark.control import plugins
 from benchmark.study import worker as supervised
 from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 from benchmark.study.worker import Worker
 
+pytestmark = pytest.mark.usefixtures("hostile")
+
 SHORT = Episode(smoke("crossing"), "virtual-signal", 0.5, 1)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _hostile(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The hostile controllers are installed, here and in worker processes."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(install(tmp_path_factory.mktemp("site") / "hostile"))
-        plugins.discovered.cache_clear()
-        yield
-    plugins.discovered.cache_clear()
 
 
 @pytest.fixture
@@ -48,15 +38,6 @@ def processes() -> set[int]:
             if "spawn_main" in " ".join(child.cmdline()):
                 found.add(child.pid)
     return found
-
-
-def pid_in(marker: Path) -> int:
-    """The process that has come to this marker, and stays there."""
-    deadline = time.monotonic() + PATIENCE
-    while not (marker.exists() and marker.read_text()):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-    return int(marker.read_text())
 
 
 def once(tmp_path: Path, name: str = "marker") -> tuple[Episode, Path]:
