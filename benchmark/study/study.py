@@ -1,6 +1,7 @@
 """Runs a study into a results folder: what is missing there, to the end or to Ctrl-C."""
 
 import logging
+import multiprocessing
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass, field
@@ -99,6 +100,11 @@ def run_study(
     Raises:
         RightOfWayError: what is asked for is not there, cannot be run, or not be written.
     """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):  # as multiprocessing asks
+        raise UsageError(
+            "run_study was called by a worker process that imports your script: call it below `if "
+            '__name__ == "__main__":`'
+        )
     names = [what] if isinstance(what, str | Path) else what
     episodes = [episode for episode in names if isinstance(episode, Episode)]
     if not episodes:

@@ -1,5 +1,7 @@
 """A study from Python: episodes into a folder, and what is there is not run again."""
 
+import subprocess
+import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -63,3 +65,13 @@ def test_what_makes_no_sense_is_refused_before_anything_is_written(tmp_path: Pat
         with pytest.raises(UsageError, match=r"seeds = .*: expected how many"):
             run_study("smoke/tee", tmp_path / "out", seeds=seeds)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_script_that_its_workers_would_run_again_is_told_so(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    call = 'run_study("smoke/tee", "out", controllers=["first-come"], rates=[0.5], seeds=1)'
+    script.write_text(f"from benchmark import run_study\n{call}\n")
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
+    assert "run_study was called by a worker process that imports your script" in done.stderr
