@@ -393,12 +393,12 @@ class Absent:
 sys.meta_path.insert(0, Absent())
 from benchmark.scenario import catalogue
 from benchmark.learning import trainers
-from benchmark.study.episode import Episode, run
+from benchmark.study.episode import Episode, run_episode
 from benchmark.plumbing.errors import ControllerError
 
 (crossing,) = catalogue.find_scenarios(["smoke/crossing"])
 for name in ("wang", "wang-tuned"):
-    print(run(Episode(crossing, name, 0.5, 1001)).status)
+    print(run_episode(Episode(crossing, name, 0.5, 1001)).status)
 try:
     trainers.load("wang")
 except ControllerError as error:

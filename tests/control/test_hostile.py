@@ -241,15 +241,16 @@ def test_a_suite_with_villains_completes_and_leaves_nothing(
 def test_it_dies_with_its_runner(site: Path) -> None:
     code = (
         "import sys; sys.path[:0] = sys.argv[1:]; from factories.scenarios import ROOT, smoke; "
-        "from benchmark.study.episode import Episode, run; "
+        "from benchmark.study.episode import Episode, run_episode; "
         "from benchmark.control.isolation.limits import Limits;"
-        "run(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, Limits(step=60.0)))"
+        "run_episode(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, Limits(step=60.0)))"
     )
     here = str(ROOT / "tests")
     with psutil.Popen([sys.executable, "-c", code, str(site), here, str(Path.cwd())]) as runner:
         children: list[psutil.Process] = []
         deadline = time.monotonic() + PATIENCE
-        while not any(one.cpu_times().user > 0.4 for one in children):  # it loops by now
+        while not any(child.cpu_times().user > 0.4 for child in children):  # it loops by now
+            assert runner.poll() is None
             assert time.monotonic() < deadline
             time.sleep(0.05)
             children = runner.children(recursive=True)
