@@ -243,7 +243,8 @@ def test_it_dies_with_its_runner(site: Path) -> None:
         "import sys; sys.path[:0] = sys.argv[1:]; from factories.scenarios import ROOT, smoke; "
         "from benchmark.study.episode import Episode, run_episode; "
         "from benchmark.control.isolation.limits import Limits;"
-        "run_episode(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, Limits(step=60.0)))"
+        "limits = Limits(step=60.0);"
+        "run_episode(Episode(smoke('tee'), 'villain?deed=loop-deaf', 0.5, 1, True, limits))"
     )
     here = str(ROOT / "tests")
     with psutil.Popen([sys.executable, "-c", code, str(site), here, str(Path.cwd())]) as runner:
