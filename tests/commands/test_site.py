@@ -75,6 +75,7 @@ def test_the_served_site_works_under_a_policy_that_lets_nothing_else_in(
     page = visit(f"http://127.0.0.1:{port}/")
     page.get_by_role("link", name="test/a").first.click()
     page.wait_for_selector(".canvas svg")
+    page.wait_for_load_state("networkidle")  # the server ends before the browser
     served = {urlsplit(request).path for request in visit.requests}
     assert {"/", "/scenarios/test-a.html"} <= served
 
