@@ -34,7 +34,7 @@ from benchmark.world.tracking import Log
 
 
 class Recorder:
-    """Keeps one episode; a world tells it what happens."""
+    """Keeps one episode: an ``Onlooker`` of a world."""
 
     def __init__(self) -> None:
         self._times: array[float] = array("d")
@@ -47,13 +47,7 @@ class Recorder:
         self._lights: dict[str, list[str]] = {}  # junction -> the state in each step
 
     def begin(self, scenario: Scenario, network: Network, logs: Mapping[str, Log]) -> None:
-        """An episode begins.
-
-        Args:
-            scenario: what runs.
-            network: its network.
-            logs: who will have been in each junction's control zone.
-        """
+        """Take note of what runs, and where."""
         self._scenario, self._network, self._logs = scenario, network, logs
 
     def strangers(self, poses: Iterable[Pose]) -> list[str]:
@@ -73,14 +67,7 @@ class Recorder:
         colliding: Iterable[tuple[str, str]],
         lights: Mapping[str, str],
     ) -> None:
-        """Take note of a step.
-
-        Args:
-            time: now [s].
-            poses: of all vehicles on the road, all of them met.
-            colliding: pairs that collide now.
-            lights: the state of each signal that is on.
-        """
+        """Take note of a step."""
         step = len(self._times)
         self._times.append(time)
         self._row = {pose.id: len(self._sights.step) + i for i, pose in enumerate(poses)}
