@@ -1,0 +1,29 @@
+"""The command ``rightofway``, run in this process."""
+
+import io
+import subprocess
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+import pytest
+
+from benchmark.commands.app import main
+
+
+def rightofway(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run the command in a folder, without the cost of a process."""
+    arguments = [*map(str, words)]
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        redirect_stdout(out),
+        redirect_stderr(err),
+        pytest.raises(SystemExit) as end,
+    ):
+        patch.chdir(folder)
+        patch.setenv("COLUMNS", "200")
+        patch.setattr(sys, "argv", ["rightofway", *arguments])
+        main()
+    assert isinstance(end.value.code, int)
+    return subprocess.CompletedProcess(arguments, end.value.code, out.getvalue(), err.getvalue())
