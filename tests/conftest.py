@@ -4,8 +4,9 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from factories.processes import PATIENCE
@@ -51,3 +52,14 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, empty."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What worker processes of this machine are given is done in this one, which costs less."""
+    from benchmark.study.pool import LocalPool
+
+    def run(self: LocalPool, episodes: Sequence[Any]) -> Iterator[Any]:
+        return ((episode, self._work(episode)) for episode in episodes)
+
+    monkeypatch.setattr(LocalPool, "run", run)

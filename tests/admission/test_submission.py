@@ -1,7 +1,6 @@
 """Bundles: made by one command, verified by the other, and refused with the reason."""
 
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -14,27 +13,33 @@ from typing import Any
 import polars
 import pytest
 import tomli_w
+from factories.command_line import rightofway
 from factories.logs import head_of, sealed
 from plugins import install
 
 from benchmark.admission.submission import manifest, verifying
+from benchmark.control import plugins
 from benchmark.plumbing import toml_file
 from benchmark.plumbing.errors import BundleError
 from benchmark.study import action_log
 from benchmark.study.actions import Action
 
-COMMAND = Path(sys.executable).parent / "rightofway"
+pytestmark = pytest.mark.usefixtures("without_workers")
 Done = subprocess.CompletedProcess[str]
 
 
 def called(folder: Path, *words: str | Path, installed: Path | None = None) -> Done:
     """The command in a folder, with the entrant's package installed or not."""
-    path = [str(installed)] if installed else []
-    path += [os.environ["PYTHONPATH"]] if os.environ.get("PYTHONPATH") else []
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path), "COLUMNS": "200"}
-    whole = [str(COMMAND), *map(str, words)]
-    whole += ["--workers", "1"] if words[0] == "verify" else []  # fewer processes to start
-    return subprocess.run(whole, cwd=folder, env=environment, capture_output=True, text=True)
+    with pytest.MonkeyPatch.context() as patch:
+        if installed:
+            patch.syspath_prepend(installed)
+        for name in ("entrant", "hostile", "pickles"):
+            patch.delitem(sys.modules, name, raising=False)
+        plugins.discovered.cache_clear()
+        try:
+            return rightofway(folder, *words)
+        finally:
+            plugins.discovered.cache_clear()
 
 
 @pytest.fixture(scope="session")
