@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test results-check lint browser bench scaling large-store soak replay-speed results figures site screenshots architecture reference ablations capacity clean
+.PHONY: run test slow-tests results-check lint browser bench scaling large-store soak replay-speed results figures site screenshots architecture reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -31,6 +31,10 @@ lint: .venv/installed-dev
 
 test: lint browser
 	RIGHTOFWAY_TESTS_NEED_CHROMIUM=1 $(BIN)/pytest --numprocesses 2
+
+# What is slow by nature: whole trainings, sweeps over all that misbehaves, packages built and installed.
+slow-tests: .venv/installed-dev browser
+	RIGHTOFWAY_TESTS_NEED_CHROMIUM=1 $(BIN)/pytest --numprocesses 2 -m slow
 
 # What is committed in results/ follows from its records, says what the docs say, and comes out again.
 results-check: .venv/installed-dev
