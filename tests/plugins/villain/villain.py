@@ -19,16 +19,20 @@ from benchmark.control.controller import Command, Controller, Drive, Go, Phase
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState
 
-BEGIN = 3.0  # s into the episode at which it does its deed
 HERE = Path(__file__).parent
 hoard: list[bytearray] = []
 
 
 class Villain(Controller):
-    """Behaves, but for one deed."""
+    """Behaves, but for one deed.
 
-    def __init__(self, deed: str = "nothing") -> None:
-        self.deed = deed
+    Args:
+        deed: what it does.
+        begin: when in the episode [s].
+    """
+
+    def __init__(self, deed: str = "nothing", begin: float = 3.0) -> None:
+        self.deed, self.begin = deed, begin
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         if self.deed == "sleep-in-reset":
@@ -38,7 +42,7 @@ class Villain(Controller):
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         commands: dict[str, Command] = {one.id: Go() for one in state.deciding}
-        if state.time < BEGIN or self.deed not in DEEDS:
+        if state.time < self.begin or self.deed not in DEEDS:
             return commands
         answer = DEEDS[self.deed](state)
         return commands if answer is None else answer
@@ -97,7 +101,7 @@ class Huge(Mapping[str, Command]):
         number = 0
         while True:
             number += 1
-            yield f"rv{number}"
+            yield f"rv{number}" * 2000
 
 
 class Raising(Huge):
@@ -131,7 +135,7 @@ def line() -> socket.socket:
 def send(data: bytes) -> Callable[[object], None]:
     def deed(state: object) -> None:
         line().sendall(data)
-        time.sleep(60)
+        sleep()
 
     return deed
 
@@ -145,7 +149,7 @@ def trickle(state: object) -> None:
 
 def hang_up(state: object) -> None:
     line().shutdown(socket.SHUT_RDWR)
-    loop()
+    sleep()
 
 
 def patch_benchmark(state: object) -> None:
