@@ -7,7 +7,7 @@ import typer
 
 from benchmark.plumbing.files import results_folder
 
-LARGEST_SEED = 2**31 - 1  # of SUMO
+LARGEST_SEED = 2**63 - 1  # from 2**31 on SUMO gets a hash of it
 
 
 OneScenario = Annotated[

@@ -2,6 +2,7 @@
 
 import tempfile
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from benchmark.admission.submission.verifying import Verification
 
 COLOURS = {"ok": "green", "noted": "yellow", "failed": "red", "not checked": "yellow"}
+UNDECIDED = 3  # exit code
 
 
 def submit(
@@ -58,6 +60,7 @@ def submit(
     from benchmark.admission.submission import making
     from benchmark.plumbing.processes import cores
     from benchmark.records.store import Store
+    from benchmark.study import action_log, rescoring
     from benchmark.study.pool import LocalPool
     from benchmark.study.study import run_missing
 
@@ -70,15 +73,21 @@ def submit(
         console.notice(f"{len(left)} files of its package are left out, such as {left[0]}")
     if suite:
         suite_named(suite)  # says what is wrong with it
-    episodes = choose([suite] if suite else scenario, [name], rate, range(1, (seeds or 0) + 1))
+    isolate = None if making.ships(submission) else True
+    seeded = range(1, (seeds or 0) + 1)
+    episodes = choose([suite] if suite else scenario, [name], rate, seeded, isolate)
+    making.check(submission, {episode.scenario.name for episode in episodes})
     with tempfile.TemporaryDirectory(prefix="rightofway-submission-") as place:
         results = Path(place)
         store = Store(results, notice=console.notice)
         beside = where.beside(results, actions=True, pages=False)
+        how = making.lay_out(submission, results)
+        logs = action_log.log_folder(results)
+        work = partial(rescoring.run_logged, folder=logs, run=how) if how else beside.work
         with store.writing():
             study = run_missing(
                 episodes,
-                LocalPool(workers or cores(), work=beside.work),
+                LocalPool(workers or cores(), work=work),
                 store,
                 keepsakes=beside.keepsakes,
                 notice=console.notice,
@@ -110,15 +119,18 @@ def verify(
     fresh: Annotated[
         int,
         typer.Option(
-            min=0, max=100, help="Seeds to draw, and as many again where it does worse there."
+            min=0, max=10_000, help="Seeds to draw, and as many again where it does worse there."
         ),
-    ] = 10,
+    ] = 60,
     fresh_seed: Annotated[
         list[int] | None,
         typer.Option(
             "--fresh-seed", min=0, max=LARGEST_SEED, help="Repeatable; in the first draw."
         ),
     ] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="Make every record again, not a sample of them.")
+    ] = False,
     run_code: Annotated[
         bool, typer.Option(help="Run code that the bundle brings, in a process of its own.")
     ] = True,
@@ -129,19 +141,22 @@ def verify(
 ) -> None:
     """Check a bundle: hashes, weights, records, replay, and the controller on fresh seeds.
 
-    Exit code 0: accepted; 1: not accepted, and why; 2: it is no bundle.
+    Exit code 0: accepted; 1: not accepted, and why; 2: it is no bundle; 3: not accepted, as checks
+    were left out or cannot tell.
     """
     from benchmark.admission.submission import verifying
     from benchmark.plumbing.processes import cores
     from benchmark.records.store import Store
 
     store = Store(out, notice=console.notice) if out else None
-    wishes = verifying.Wishes(fresh, fresh_seed or (), run_code, workers or cores())
+    wishes = verifying.Wishes(fresh, fresh_seed or (), every, run_code, workers or cores())
     with store.writing() if store else nullcontext():
         verification = verifying.verify(bundle, wishes)
         _show(bundle, verification)
         if verification.objections:
             raise typer.Exit(1)
+        if not verification.is_accepted:
+            raise typer.Exit(UNDECIDED)
         if store:
             scenarios = {record.scenario for record in verification.records}
             there = {record.line() for record in store.records_of(scenarios)}
@@ -170,4 +185,10 @@ def _show(bundle: Path, verification: "Verification") -> None:
         )
     console.stdout().print(table)
     names = ", ".join(check.name for check in verification.objections)
-    typer.echo(f"not accepted: {names}" if names else "accepted")
+    left = ", ".join(check.name for check in verification.open)
+    if names:
+        typer.echo(f"not accepted: {names}")
+    else:
+        typer.echo(
+            f"not accepted: nothing speaks against it, not checked: {left}" if left else "accepted"
+        )

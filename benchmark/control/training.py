@@ -11,8 +11,11 @@ FIRST_TRAINING_SEED = 10_000
 """Traffic seeds: 1 to 1000 are for evaluation, 1001 to 1999 for validation, from here training."""
 
 VALIDATION_SEEDS = range(1001, 2000)
-FRESH_SEEDS = range(VALIDATION_SEEDS.stop, FIRST_TRAINING_SEED)
-"""For nothing of these, so that whoever verifies a submission may draw from them."""
+UNUSED_SEEDS = range(VALIDATION_SEEDS.stop, FIRST_TRAINING_SEED)
+"""For nothing of these; nobody trains on them, so that anybody may try a controller there."""
+
+FRESH_SEEDS = range(2**31, 2**63)
+"""Whoever verifies a submission draws from these: too many for anybody to have met them before."""
 
 
 class Training(Entry):
@@ -21,6 +24,19 @@ class Training(Entry):
     scenarios: tuple[Words, ...] = Field(description="files, folders or names of scenarios")
     first: int = Field(description="the first traffic seed")
     last: int = Field(description="the last, itself included")
+
+    @property
+    def problem(self) -> str | None:
+        """Why nobody can have trained on these seeds, or must not; None where nothing does."""
+        if not 0 <= self.first <= self.last < FRESH_SEEDS.stop:
+            return f"there are no seeds {self.first} to {self.last}"
+        for kept in (UNUSED_SEEDS, FRESH_SEEDS):
+            if self.first < kept.stop and kept.start <= self.last:
+                return (
+                    f"the seeds {kept.start} to {kept.stop - 1} are kept for those who verify; "
+                    f"train on {FIRST_TRAINING_SEED} to {FRESH_SEEDS.start - 1}"
+                )
+        return None
 
     def meets(self, scenario: str, seed: int) -> bool:
         """Whether an episode's traffic was trained on; at which demand makes no difference."""

@@ -1,6 +1,6 @@
 """Episodes with action logs: run one and keep its commands, or score the commands again."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from collections.abc import Set as AbstractSet
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -19,20 +19,26 @@ from benchmark.world.onlooker import Onlooker
 VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
 
 
-def run_logged(episode: Episode, folder: Path, onlooker: Onlooker | None = None) -> Record:
+def run_logged(
+    episode: Episode,
+    folder: Path,
+    onlooker: Onlooker | None = None,
+    run: Callable[[Episode, Audience], Record] = run_episode,
+) -> Record:
     """Run an episode and write its action log; one that does not end well leaves none.
 
     Args:
         episode: what to run.
         folder: where the log goes.
         onlooker: is told what happens.
+        run: runs it.
 
     Raises:
         RightOfWayError: the scenario cannot be run.
         StoreError: the disk refuses the log.
     """
     recording = Recording()
-    record = run_episode(episode, Audience(recording=recording, onlooker=onlooker))
+    record = run(episode, Audience(recording=recording, onlooker=onlooker))
     if record.status == "ok":
         action_log.write_log(folder, recording, record, episode.scenario)
     return record

@@ -66,7 +66,8 @@ def build_routes(scenario: Scenario, network: Network, seed: int) -> Routes:
         drawn = folder / "drawn.rou.xml"
         files = ["-n", network.path, "--route-files", folder / "flows.xml"]
         files += ["-t", folder / "turns.xml", "-o", drawn]
-        warnings = tools.run_program("jtrrouter", *map(str, files), "--seed", str(seed), *OPTIONS)
+        drawn_by = str(tools.sumo_seed(seed))
+        warnings = tools.run_program("jtrrouter", *map(str, files), "--seed", drawn_by, *OPTIONS)
         (folder / "warnings.txt").write_text(warnings)
         (folder / "routes.rou.xml").write_text(_with_drivers(drawn, scenario, classes, seed))
 

@@ -90,7 +90,7 @@ class Simulation:
         routes: the route file.
         program: the additional file with the traffic lights' programs.
         step: simulated time per step [s].
-        seed: SUMO's seed.
+        seed: of the episode.
         window: show the run in sumo-gui.
 
     Raises:
@@ -106,7 +106,7 @@ class Simulation:
         self._step = step
         self._api, self._window = _api(window), window
         options = {"-n": str(network), "-r": str(routes), "-a": str(program)}
-        options |= {"--step-length": f"{step:g}", "--seed": str(seed), **FLAGS}
+        options |= {"--step-length": f"{step:g}", "--seed": str(tools.sumo_seed(seed)), **FLAGS}
         if window:
             options |= {"--start": "true", "--quit-on-end": "true", "--delay": "100"}
         self._command = [

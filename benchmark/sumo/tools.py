@@ -11,6 +11,8 @@ from pathlib import Path
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import NetworkError, StoreError
 
+SEEDS = 2**31  # that SUMO's programs take
+
 
 def sumo_version() -> str:
     """The version of SUMO; part of the identity of every result."""
@@ -48,6 +50,14 @@ def run_program(name: str, *options: str) -> str:
         words = (done.stderr.strip() or done.stdout.strip()).splitlines()[-6:]
         raise NetworkError(f"{name} failed: " + " / ".join(words))
     return "\n".join(line for line in done.stderr.splitlines() if line.startswith("Warning"))
+
+
+def sumo_seed(seed: int) -> int:
+    """The seed that SUMO's programs get: of 31 bits as it is, else a hash of it."""
+    if seed < SEEDS:
+        return seed
+    data = hashlib.blake2b(f"sumo/{seed}".encode(), digest_size=8).digest()
+    return int.from_bytes(data) % SEEDS
 
 
 def digest(*parts: str | bytes) -> str:

@@ -14,6 +14,7 @@ from benchmark.admission.conformance import (
     check_controller,
     conformance_cases,
     elsewhere,
+    subject,
     watching,
 )
 from benchmark.admission.conformance.checks import CHECKS, ONCE
@@ -136,7 +137,21 @@ def test_the_order_of_sets_shows_in_another_process() -> None:
     assert "sort what you iterate over, sets above all" in found["repeats-elsewhere"]
 
 
-def test_reaching_beyond_the_contract_is_told_with_its_line() -> None:
+UNRULY_ONES = ("Tame", "Peeks", "Foresees", "Calls")
+
+
+@pytest.fixture(scope="module")
+def trials() -> dict[str, Trial]:
+    """Episodes in other processes: of controllers that reach beyond the contract, and of ours."""
+    rates = {f"{UNRULY}:{name}": 0.5 for name in UNRULY_ONES} | {
+        name: 0.5 if plugins.load_class(name).needs_robot_vehicles else None
+        for name in sorted(plugins.discovered())
+    }
+    tasks = [Task(name, smoke("crossing"), rate, 1) for name, rate in rates.items()]
+    return dict(zip(rates, elsewhere.run_elsewhere(tasks), strict=True))
+
+
+def test_reaching_beyond_the_contract_is_told_with_its_line(trials: dict[str, Trial]) -> None:
     deeds = {
         "        import libsumo": "imports libsumo",
         "import_module(": "imports benchmark.sumo.demand",
@@ -147,32 +162,28 @@ def test_reaching_beyond_the_contract_is_told_with_its_line() -> None:
         f"unruly.py:{1 + next(i for i, line in enumerate(lines) if code in line)} {deed}"
         for code, deed in deeds.items()
     }
-    names = ("Tame", "Peeks", "Foresees", "Calls")
-    found = elsewhere.run_elsewhere(
-        [Task(f"{UNRULY}:{one}", smoke("tee"), 0.5, 1) for one in names]
-    )
+    found = [trials[f"{UNRULY}:{name}"] for name in UNRULY_ONES]
     assert {line for one in found for line in one.reaches} == told
 
 
-def test_no_installed_controller_reaches_beyond_the_contract() -> None:
-    names = sorted(plugins.discovered())
-    rates = {name: 0.5 if plugins.load_class(name).needs_robot_vehicles else None for name in names}
-    found = elsewhere.run_elsewhere(
-        [Task(name, smoke("crossing"), rates[name], 1) for name in names]
-    )
-    assert [(one.failure, one.reaches) for one in found] == [(None, ())] * len(names)
+def test_no_installed_controller_reaches_beyond_the_contract(trials: dict[str, Trial]) -> None:
+    found = {name: trials[name] for name in plugins.discovered()}
+    assert {(one.failure, one.reaches) for one in found.values()} == {(None, ())}
 
 
 def test_a_crash_or_a_hang_costs_the_checks_and_not_the_kit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(install(tmp_path))
+    monkeypatch.setattr(subject.Subject, "rates", [0.5])
     found = failures(check_controller("hostile:Crashes", BOTH[:1]))
     assert list(found) == ["runs"]
-    assert found["runs"].startswith("at 0 % RVs: its process died (-")
-    monkeypatch.setattr(elsewhere, "TIME_LIMIT", 2.0)
+    assert found["runs"].startswith("at 50 % RVs: its process died (-")
+    monkeypatch.setattr(elsewhere, "TIME_LIMIT", 0.5)
     results = check_controller("hostile:Hangs", BOTH[:1])
-    assert failures(results)["runs"].startswith("at 0 % RVs: the episode was not done after")
+    assert failures(results) == {
+        "runs": "at 50 % RVs: the episode was not done after 0.5 s; do reset and act always return?"
+    }
     assert {one.status for one in results if one.check == "forgets"} == {"skipped"}
 
 

@@ -5,8 +5,26 @@ from factories.scenarios import smoke
 
 from baselines import first_come
 from baselines.wang import controller
-from benchmark.control.training import FIRST_TRAINING_SEED, declared_training
+from benchmark.control.training import FIRST_TRAINING_SEED, Training, declared_training
 from benchmark.study.episode import Episode, run_episode
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "said"),
+    [
+        (2000, 9999, "kept for those who verify; train on 10000 to 2147483647"),
+        (1001, 20_000, "the seeds 2000 to 9999 are kept"),
+        (10_000, 2**31, "the seeds 2147483648 to 9223372036854775807 are kept"),
+        (5, 4, "there are no seeds 5 to 4"),
+        (-1, 4, "there are no seeds -1 to 4"),
+        (10_000, 2**63, "there are no seeds"),
+        (10_000, 2**31 - 1, None),
+        (1, 1999, None),
+    ],
+)
+def test_nobody_trains_on_seeds_kept_for_verifiers(first: int, last: int, said: str | None) -> None:
+    problem = Training(scenarios=("smoke",), first=first, last=last).problem
+    assert problem == said or (said and said in (problem or ""))
 
 
 def test_notes_tell_training_and_validation_seeds() -> None:

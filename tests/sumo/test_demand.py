@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmark.scenario.layout import COMPASS
-from benchmark.sumo import demand, network
+from benchmark.sumo import demand, network, tools
 from benchmark.sumo.demand import Routes, is_robot, unit_draw
 from benchmark.sumo.inspection import turn_shares
 from benchmark.sumo.junction import movement_of
@@ -54,6 +54,13 @@ def test_the_same_seed_gives_the_same_bytes_in_a_fresh_cache(
 
 def test_another_seed_gives_other_vehicles() -> None:
     assert len({routes_of("smoke/asymmetric", seed).hash for seed in range(1, 6)}) == 5
+
+
+def test_seeds_of_63_bits_give_traffic_of_their_own() -> None:
+    first, second = 2**63 - 1, 2**31
+    assert routes_of("smoke/tee", first).hash != routes_of("smoke/tee", second).hash
+    assert [tools.sumo_seed(seed) for seed in (1, 2**31 - 1)] == [1, 2**31 - 1]
+    assert all(0 <= tools.sumo_seed(seed) < 2**31 for seed in (first, second))
 
 
 def test_what_does_not_drive_does_not_change_the_routes() -> None:

@@ -15,7 +15,6 @@ from benchmark.plumbing.processes import pool
 from benchmark.scenario.scenario import Scenario
 
 TIME_LIMIT = 60.0  # s of wall time for one episode
-HANGS = f"the episode was not done after {TIME_LIMIT:g} s; do reset and act always return?"
 HASH_SEEDS = ("1", "2")  # Python orders sets of texts by it; the one that is not this process's
 
 
@@ -34,6 +33,7 @@ class Trial:
     """What became of it."""
 
     failure: str | None = None
+    hangs: bool = False  # whether it did not end in time
     skipped: str | None = None
     commands: Sequence[Sequence[str]] = ()  # as text: by junction, by step
     refusals: Sequence[str] = ()
@@ -52,7 +52,7 @@ def run_elsewhere(tasks: Sequence[Task]) -> list[Trial]:
         try:
             for future in futures:
                 found.append(_trial(future))
-                if found[-1].failure == HANGS:  # and so would those after it
+                if found[-1].hangs:  # and so would those after it
                     started.stop()  # type: ignore[no-untyped-call]
                     break
         except BaseException:  # Ctrl-C, for one
@@ -81,7 +81,8 @@ def _trial(future: "Future[Trial]") -> Trial:
     try:
         return future.result()
     except TimeoutError:
-        return Trial(HANGS)
+        late = f"the episode was not done after {TIME_LIMIT:g} s; do reset and act always return?"
+        return Trial(late, hangs=True)
     except ProcessExpired as error:
         return Trial(f"its process died ({error.exitcode})")
     except RightOfWayError:

@@ -1,21 +1,26 @@
 """What can be said of a bundle without running an episode."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from benchmark.admission.submission import code, contents
+from benchmark.admission.submission import code, contents, names
 from benchmark.admission.submission import manifest as manifests
 from benchmark.admission.submission.manifest import Manifest
-from benchmark.control import reference
+from benchmark.control import plugins
+from benchmark.control import reference as naming
+from benchmark.control.training import Training
 from benchmark.plumbing.errors import RightOfWayError
 from benchmark.records.record import Record
 from benchmark.records.store import Store
+from benchmark.scenario import catalogue
 from benchmark.study import action_log, rescoring
 from benchmark.study.action_log import ActionLog
 
 LAST_SEED = 1000  # of evaluation
+OWN = "rightofway"  # whose controllers every installation has
 
 Logs = Mapping[tuple[str, str, str, float | None, int], ActionLog]
 """Action logs by episode."""
@@ -55,9 +60,9 @@ def verdict(name: str, problems: Sequence[str], fine: str) -> Check:
     return Check(name, "failed", "; ".join(problems[:3]) + more)
 
 
-def files(folder: Path, names: Sequence[str], manifest: Manifest) -> Check:
+def files(folder: Path, members: Sequence[str], manifest: Manifest) -> Check:
     """Whether exactly the files that the manifest names are there, as they were hashed."""
-    held = set(names) - {manifests.NAME}
+    held = set(members) - {manifests.NAME}
     problems = [f"{name} is missing" for name in sorted(manifest.files.keys() - held)]
     problems += [f"{name} is not in the manifest" for name in sorted(held - manifest.files.keys())]
     problems += [
@@ -72,6 +77,11 @@ def files(folder: Path, names: Sequence[str], manifest: Manifest) -> Check:
         elif brought.sha256 != manifest.code.sha256:
             problems.append("code/ is not the code whose hash the manifest names")
     problems += [
+        f"option {key}: {value} is no file of the bundle; give a file that `submit` can bundle"
+        for key, value in naming.parse(manifest.name).options().items()
+        if key not in manifest.options and leads_out(value)
+    ]
+    problems += [
         f"option {key}: {place} is missing"
         for key, place in sorted(manifest.options.items())
         if place not in held
@@ -79,15 +89,45 @@ def files(folder: Path, names: Sequence[str], manifest: Manifest) -> Check:
     return verdict("files", problems, f"{len(held)} files have the hashes of the manifest")
 
 
-def weights(folder: Path, names: Sequence[str]) -> Check:
-    """Whether nothing in the bundle runs when it is loaded."""
+def leads_out(value: str) -> bool:
+    """Whether an option's value may name a file outside the folder that a controller is given."""
+    parts = re.split(r"[/\\]", value)
+    return (parts[0] in ("", "~") and len(parts) > 1) or ".." in parts or value[1:2] == ":"
+
+
+def name_problems(controller: str, source: str, scenarios: Iterable[str] = ()) -> Iterator[str]:
+    """What is wrong with the names that a board would show.
+
+    Args:
+        controller: its name, with options.
+        source: the distribution that it is from.
+        scenarios: their names.
+    """
+    shipped = [
+        name
+        for name, entry in plugins.discovered().items()
+        if entry.dist and entry.dist.name == OWN
+    ]
+    if problem := names.controller_problem(controller, source, shipped):
+        yield problem
+    yield from names.scenario_problems(scenarios, catalogue.shipped_scenarios())
+
+
+def weights(folder: Path, members: Sequence[str], manifest: Manifest) -> Check:
+    """Whether nothing in the bundle runs when it is loaded, and weights are declared."""
     problems = [
         f"{name} {why}"
-        for name in names
+        for name in members
         if (why := contents.place_problem(name) or contents.content_problem(folder / name))
     ]
-    count = sum(map(contents.is_weights, names))
-    return verdict("weights", problems, f"{count} files of weights, none of which can run code")
+    brought = [name for name in members if contents.is_weights(name)]
+    if brought and manifest.trained_on is None:
+        problems.append(
+            f"{brought[0]}: weights, and no word of what they were trained on; set trained_on, "
+            "which is () for what nobody trained"
+        )
+    fine = f"{len(brought)} files of weights, none of which can run code"
+    return verdict("weights", problems, fine)
 
 
 def opened(folder: Path, manifest: Manifest) -> tuple[Check, Bundle | None]:
@@ -101,7 +141,11 @@ def opened(folder: Path, manifest: Manifest) -> tuple[Check, Bundle | None]:
     except RightOfWayError as error:
         words = str(error).replace(f"{folder}/", "")
         return Check("records", "failed", words), None
-    problems = [*_foreign(records, manifest), *_grid(records), *_unlogged(records, logs)]
+    source = manifest.code.source.partition(" ")[0]
+    problems = [
+        *name_problems(manifest.name, source, (record.scenario for record in records)),
+    ]
+    problems += [*_foreign(records, manifest), *_grid(records), *_unlogged(records, logs)]
     if len(paths) > len(logs) or logs.keys() - {record.episode for record in records}:
         problems.append("there are action logs of episodes without a record, or two of one")
     good = sum(record.status == "ok" for record in records)
@@ -125,7 +169,7 @@ def opened(folder: Path, manifest: Manifest) -> tuple[Check, Bundle | None]:
 
 def _foreign(records: Sequence[Record], manifest: Manifest) -> Iterator[str]:
     for record in records:
-        where = reference.place(record.scenario, record.rate, record.seed)
+        where = naming.place(record.scenario, record.rate, record.seed)
         if record.controller != manifest.name:
             yield f'{where}: of "{record.controller}", the manifest names "{manifest.name}"'
         if record.versions != manifest.versions:
@@ -145,7 +189,7 @@ def _grid(records: Sequence[Record]) -> Iterator[str]:
     longest = max(map(len, cells.values()))
     for (scenario, rate), seeds in cells.items():
         if sorted(seeds) != list(range(1, longest + 1)):
-            yield f"{reference.place(scenario, rate)}: expected the seeds 1 to {longest}, each once"
+            yield f"{naming.place(scenario, rate)}: expected the seeds 1 to {longest}, each once"
     if longest > LAST_SEED:
         yield f"seeds over {LAST_SEED} are not for evaluation"
 
@@ -154,7 +198,7 @@ def _unlogged(records: Sequence[Record], logs: Logs) -> Iterator[str]:
     for record in records:
         if record.status == "ok":
             log = logs.get(record.episode)
-            where = reference.place(record.scenario, record.rate, record.seed)
+            where = naming.place(record.scenario, record.rate, record.seed)
             if log is None:
                 yield f"{where}: has no action log"
             elif log.record != record:
@@ -168,10 +212,17 @@ def training(bundle: Bundle) -> Check:
         if bundle.manifest.weights_hash is not None:
             return Check("training", "failed", "weights, and no word of what they were trained on")
         return Check("training", "ok", "no weights, and nothing declared")
+    own = {record.scenario for record in bundle.records}
+    if problems := [*training_problems(declared, own)]:
+        return verdict("training", problems, "")
     words = "; ".join(
         f"{', '.join(traffic.scenarios)} seeds {traffic.first} to {traffic.last}"
         for traffic in declared
     )
+    if unseen := sorted(
+        {name for traffic in declared for name in traffic.scenarios if _file(name)}
+    ):
+        words += f"; {', '.join(unseen)}: files that nobody here has seen"
     met = {
         record.seed
         for record in bundle.records
@@ -179,4 +230,29 @@ def training(bundle: Bundle) -> Check:
     }
     if met:
         words += f"; among them are {len(met)} seeds of this evaluation: the row will be flagged"
-    return Check("training", "noted" if met else "ok", words or "on no traffic")
+    return Check("training", "noted" if met or unseen else "ok", words or "on no traffic")
+
+
+def training_problems(declared: Sequence[Training], own: Collection[str] = ()) -> Iterator[str]:
+    """What is wrong with a declaration: seeds kept for verifiers, and scenarios that are none.
+
+    Args:
+        declared: what a controller says that it was trained on.
+        own: scenarios besides the shipped ones.
+    """
+    known = {
+        part for name in (*catalogue.shipped_scenarios(), *own) for part in (name, *name.split("/"))
+    }
+    for traffic in declared:
+        if problem := traffic.problem:
+            yield f"trained_on: {problem}"
+        for name in traffic.scenarios:
+            if not (_file(name) or (name.rpartition("@")[0] or name) in known):
+                yield (
+                    f'trained_on: unknown scenario "{name}"; expected a shipped one, a folder of '
+                    "them, or a file as in my-crossing.toml"
+                )
+
+
+def _file(name: str) -> bool:
+    return (name.rpartition("@")[0] or name).endswith(".toml")

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from benchmark.admission.submission import contents
 from benchmark.control.controller import Controller
+from benchmark.control.isolation.staging import beside
 from benchmark.plumbing.errors import BundleError
 
 
 @dataclass(frozen=True)
 class CodeFiles:
-    """The package, or the single module, that a controller is imported from."""
+    """The package, or the single module with weights beside it, that a controller is from."""
 
     place: str  # module and class, as in an entry point
     files: Mapping[str, Path]  # by their path from the folder that is on the path
@@ -40,7 +41,8 @@ def of(kind: type[Controller]) -> CodeFiles:
         raise BundleError(f"{module}: its code lies in no file; put it into a module or package")
     file = Path(top.__file__)
     if not hasattr(top, "__path__"):
-        return CodeFiles(f"{file.stem}:{kind.__qualname__}", {file.name: file})
+        weights = {path.name: path for path in beside(file) if contents.is_weights(path.name)}
+        return CodeFiles(f"{file.stem}:{kind.__qualname__}", {file.name: file, **weights})
     root = file.parent
     members = {path.relative_to(root.parent).as_posix(): path for path in _files(root)}
     if unsafe := [name for name in members if contents.is_unsafe(name)]:

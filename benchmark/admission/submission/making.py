@@ -1,15 +1,16 @@
 """Makes a bundle: what a controller, its package and the command line say, and what was run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from email.utils import getaddresses
 from importlib.metadata import PackageNotFoundError, metadata
 from pathlib import Path
 from typing import Any
 
-from benchmark.admission.submission import archive, contents
+from benchmark.admission.submission import archive, checks, contents, fresh
 from benchmark.admission.submission import code as codes
 from benchmark.admission.submission import manifest as manifests
+from benchmark.admission.submission.checks import OWN
 from benchmark.admission.submission.code import CodeFiles
 from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import plugins
@@ -18,8 +19,6 @@ from benchmark.control.training import Training
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import BundleError
 from benchmark.records.record import Record, Versions
-
-OWN = "rightofway"  # whose controllers every installation has
 
 
 @dataclass(frozen=True)
@@ -67,15 +66,60 @@ def gather(reference: str, attribution: Attribution, *, with_code: bool) -> Subm
         _completed(plugin, source, attribution),
     )
     controller = plugin.new()
-    if controller.weights_hash and controller.trained_on is None:
+    weights = [name for name in submission.code.files if contents.is_weights(name)]
+    has_weights = controller.weights_hash or (weights and submission.includes_code)
+    if (has_weights or submission.option_files) and controller.trained_on is None:
         raise BundleError(
             f"{reference}: has weights and does not declare what they were trained on; set "
-            "trained_on, as in trained_on = (Training(scenarios=..., first=..., last=...),)"
+            "trained_on, as in trained_on = (Training(scenarios=..., first=..., last=...),); "
+            "() stands for what nobody trained"
         )
     for key, path in submission.option_files.items():
         if why := contents.place_problem(f"weights/{path.name}") or contents.content_problem(path):
             raise BundleError(f"{reference}: {key}: {path} {why}")
     return submission
+
+
+def ships(submission: Submission) -> bool:
+    """Whether a controller ships with this package, so that nobody needs its code."""
+    return submission.source.partition(" ")[0] == OWN
+
+
+def check(submission: Submission, scenarios: Collection[str]) -> None:
+    """Make sure, before anything runs, that what a controller declares would be accepted.
+
+    Args:
+        submission: the controller.
+        scenarios: the names of those that it will run on.
+
+    Raises:
+        BundleError: its name, a scenario's, or the traffic that it was trained on would not.
+    """
+    source = submission.source.partition(" ")[0]
+    declared = submission.plugin.new().trained_on or ()
+    problems = [
+        *checks.name_problems(submission.plugin.label, source, scenarios),
+        *checks.training_problems(declared, scenarios),
+    ]
+    if problems:
+        raise BundleError(f"{submission.plugin.reference}: {problems[0]}")
+
+
+def lay_out(submission: Submission, folder: Path) -> fresh.Runner | None:
+    """Copy a submission's code, as the bundle will bring it, and say how it is run from there.
+
+    Args:
+        submission: the controller.
+        folder: where its code and weights go.
+
+    Returns:
+        None for what ships with this package.
+    """
+    if ships(submission):
+        return None
+    origin = _origin(submission)
+    place = fresh.laid_out(submission.code, folder)
+    return fresh.brought(submission.plugin.reference, place, origin, submission.option_files)
 
 
 def _completed(plugin: Plugin, source: str, attribution: Attribution) -> Attribution:
@@ -163,17 +207,21 @@ def _manifest(submission: Submission, record: Record, members: Mapping[str, Path
         description=attribution.description,
         paper=attribution.paper or "",
         licence=attribution.licence,
-        code=manifests.CodeOrigin(
-            source=submission.source
-            if " " in submission.source
-            else f"{submission.source} unversioned",
-            place=submission.code.place,
-            sha256=submission.code.sha256,
-            included=submission.includes_code,
-        ),
+        code=_origin(submission),
         weights_hash=record.weights_hash,
         trained_on=trained_on,
         options={key: f"weights/{path.name}" for key, path in submission.option_files.items()},
         versions=versions,
         files={name: manifests.sha256(path) for name, path in members.items()},
+    )
+
+
+def _origin(submission: Submission) -> manifests.CodeOrigin:
+    """Where a submission's code is from, for the manifest."""
+    source = submission.source
+    return manifests.CodeOrigin(
+        source=source if " " in source else f"{source} unversioned",
+        place=submission.code.place,
+        sha256=submission.code.sha256,
+        included=submission.includes_code,
     )

@@ -2,12 +2,12 @@
 
 import hashlib
 import json
-import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
 
+from benchmark.admission.submission import names
 from benchmark.control.training import Training
 from benchmark.plumbing import confined, toml_file
 from benchmark.plumbing.errors import BundleError
@@ -41,7 +41,7 @@ class Manifest(Table):
     paper: str = Field("", max_length=2000, description="its title, DOI or address")
     licence: Line = Field(description="an SPDX expression, such as Apache-2.0")
     code: CodeOrigin
-    weights_hash: str | None = Field(None, description="as in records")
+    weights_hash: Sha256 | None = Field(None, description="as in records")
     trained_on: tuple[Training, ...] | None = Field(
         None, description="the traffic that weights or settings were fitted to"
     )
@@ -82,7 +82,7 @@ def parse(document: dict[str, Any]) -> Manifest:
     for name in (*manifest.files, *manifest.options.values()):
         if why := confined.problem(name):
             raise BundleError(f"{NAME}: the path {name!r} {why}")
-    if not re.fullmatch(r"[\w.:-]+(\?.*)?", manifest.name):
+    if not names.CONTROLLER.fullmatch(manifest.name):
         raise BundleError(f'{NAME}: name: "{manifest.name}" is no reference to a controller')
     return manifest
 

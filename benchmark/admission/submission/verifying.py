@@ -26,6 +26,7 @@ class Wishes:
 
     fresh: int  # seeds of a draw
     seeds: Sequence[int] = ()  # of the first draw
+    every: bool = False  # record is made again, not a sample
     run_code: bool = True
     workers: int = 1
 
@@ -43,6 +44,16 @@ class Verification:
         """The checks that speak against it."""
         return [check for check in self.checks if check.verdict == "failed"]
 
+    @property
+    def open(self) -> list[Check]:
+        """The checks that were not made: with these left, nothing is accepted."""
+        return [check for check in self.checks if check.verdict == "not checked"]
+
+    @property
+    def is_accepted(self) -> bool:
+        """Whether every check was made and none speaks against it."""
+        return not (self.objections or self.open)
+
 
 def verify(path: Path, wishes: Wishes) -> Verification:
     """Check a bundle.
@@ -53,7 +64,7 @@ def verify(path: Path, wishes: Wishes) -> Verification:
     """
     with _unpacked(path) as (folder, names):
         manifest = manifests.read(folder)
-        done = [checks.files(folder, names, manifest), checks.weights(folder, names)]
+        done = [checks.files(folder, names, manifest), checks.weights(folder, names, manifest)]
         if any(check.verdict == "failed" for check in done):
             return Verification(manifest, _rest(done))
         check, bundle = checks.opened(folder, manifest)
@@ -99,7 +110,7 @@ def _with_controller(bundle: Bundle, wishes: Wishes) -> list[Check]:
     how = fresh.runner(bundle.folder, bundle.manifest, run_code=wishes.run_code)
     if isinstance(how, str):
         return [Check(name, "not checked", how) for name in STEPS[5:]]
-    done = [fresh.again(bundle, how, wishes.workers)]
+    done = [fresh.again(bundle, how, wishes.workers, every=wishes.every)]
     drawn = fresh.draws(wishes.fresh, bundle, wishes.seeds)
     if not drawn:
         return [*done, Check("fresh seeds", "not checked", "none were asked for")]

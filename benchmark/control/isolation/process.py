@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time as clock
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
@@ -31,11 +32,15 @@ Reply = TypeVar("Reply", bound=channel.Message)
 class Process:
     """A process that answers questions about a controller, with nothing of ours but one socket.
 
+    Args:
+        told: makes a fault's reason readable, as paths are other ones there.
+
     Raises:
         ControllerError: this system cannot isolate.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, told: Callable[[str], str] = str) -> None:
+        self._told = told
         if os.name != "posix":
             raise ControllerError(
                 "controllers are isolated on Linux and macOS only; "
@@ -84,7 +89,7 @@ class Process:
             reason = f"{doing}: the controller's process {self._end()}"
             raise ControllerFailedError(reason, "crashed") from error
         if isinstance(reply, channel.Fault):
-            raise ControllerFailedError(reply.reason)
+            raise ControllerFailedError(self._told(reply.reason))
         if not isinstance(reply, kind):
             answer = f"got {type(reply).__name__}, expected {kind.__name__}"
             raise ControllerFailedError(f"{doing}: malformed answer: {answer}")

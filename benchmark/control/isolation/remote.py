@@ -2,7 +2,8 @@
 
 import os
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Self, TypeVar
@@ -26,6 +27,7 @@ from benchmark.control.isolation import channel
 from benchmark.control.isolation.limits import DEFAULT, Limits
 from benchmark.control.isolation.process import Process
 from benchmark.control.isolation.readable import readable
+from benchmark.control.isolation.staging import Brought, Stage
 from benchmark.control.state import TrafficState
 from benchmark.plumbing.errors import ControllerError
 from benchmark.scenario.scenario import Scenario
@@ -80,44 +82,52 @@ class Remote:
     Args:
         reference: its name, with options, as ``find_controller`` reads it.
         limits: of time and memory.
-        path: folders that it is imported from, before all others.
+        brought: its code and files, which a bundle brings; None: as they are found here.
 
     Raises:
         ControllerFailedError: from here and from every method, where the controller failed.
         ControllerError: this system cannot isolate.
     """
 
-    def __init__(self, reference: str, limits: Limits, path: Sequence[str] = ()) -> None:
+    def __init__(self, reference: str, limits: Limits, brought: Brought | None = None) -> None:
         self._limits = limits
-        self._process = Process()
+        self._stage = Stage(str(naming.parse(reference).placed(Path())), brought)
         try:
-            self.declaration = self._open(reference, path)
+            self._process = Process(self._stage.told)
         except BaseException:
-            self._process.close()
+            self._stage.close()
+            raise
+        try:
+            self.declaration = self._open(naming.label(reference))
+        except BaseException:
+            self._close()
             raise
 
-    def _open(self, reference: str, path: Sequence[str]) -> Declaration:
-        reference = str(naming.parse(reference).placed(Path()))
-        doing = f'import of "{naming.label(reference)}"'
+    def _open(self, label: str) -> Declaration:
+        stage, doing = self._stage, f'import of "{label}"'
         question = channel.Open(
-            reference,
-            str(Path.cwd()),
-            tuple(path),
-            (*readable(reference), *path),
+            stage.reference,
+            str(stage.root),
+            stage.path,
+            (*readable(stage.files), *stage.path),
             self._limits.memory,
             os.getpid(),
         )
         answer = self._process.ask(question, channel.Declared, doing, self._limits.start)
         said = answer.declaration.reference
-        if naming.parse(said).name != naming.parse(reference).name:
+        if naming.parse(said).name != naming.parse(stage.reference).name:
             raise ControllerFailedError(f'{doing}: it says it is "{said}"')
-        return answer.declaration
+        return replace(answer.declaration, reference=stage.given(said))
+
+    def _close(self) -> None:
+        self._process.close()
+        self._stage.close()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._process.close()
+        self._close()
 
     def decider(self, scenario: Scenario) -> "RemoteGuard":
         """The controller of an episode on a scenario."""

@@ -1,6 +1,7 @@
 """Fresh seeds are drawn so that nobody could foresee them, and again where chance may speak."""
 
 from collections.abc import Callable, Sequence
+from math import ceil, comb
 from pathlib import Path
 from typing import Any
 
@@ -37,30 +38,42 @@ def check(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[str, str, int]
 
 
 def draw(first: int, wait: float) -> list[Record]:
-    return [record("a", seed, wait + seed % 10, rate=0.4) for seed in range(first, first + 10)]
+    return [
+        record("a", seed, wait + seed % 10 / 100, rate=0.4) for seed in range(first, first + 10)
+    ]
 
 
-def test_a_draw_that_may_be_chance_is_followed_by_another(
+def test_a_draw_that_may_be_chance_is_followed_by_another_and_both_decide(
     check: Callable[..., tuple[str, str, int]],
 ) -> None:
-    assert check(draw(2000, 5.0), draw(2010, 90.0))[::2] == ("ok", 1)
-    verdict, words, runs = check(draw(2000, 90.0), draw(2010, 5.0))
+    assert check(draw(2000, 10.0), draw(2010, 90.0))[::2] == ("ok", 1)
+    verdict, words, runs = check(draw(2000, 10.12), draw(2010, 5.0))
     assert (verdict, runs) == ("ok", 2)
-    assert "(p = 0.0001), and on seeds 2010, 2011" in words
+    assert words.startswith("20 seeds, as 2000, 2001, 2002; at test/a rate 0.4 waits")
     verdict, words, runs = check(draw(2000, 90.0), draw(2010, 90.0))
     assert (verdict, runs) == ("failed", 2)
-    assert words.startswith("does worse on seeds 2000, 2001, 2002")
+    assert words.startswith("does worse on 20 seeds")
     assert words.endswith("fitted to its own?")
 
 
-def test_what_cannot_tell_is_noted(check: Callable[..., tuple[str, str, int]]) -> None:
-    verdict, words, _ = check(draw(2000, 90.0), submitted=(1, 2))
-    assert verdict == "noted"
-    assert words.endswith("too few seeds to tell")
-    bad = [*draw(2000, 5.0), unlucky("a", seed=2011, rate=0.4)]
-    verdict, words, _ = check(bad)
+def test_what_cannot_tell_is_no_check(check: Callable[..., tuple[str, str, int]]) -> None:
+    verdict, words, _ = check(draw(2000, 10.0), submitted=(1, 2))
+    assert verdict == "not checked"
+    assert "too few seeds to tell: submit more" in words
+    wild = [record("a", seed, 10.0 * 9 ** (seed % 3 - 1.2), rate=0.4) for seed in range(2000, 2010)]
+    verdict, words, _ = check(wild, submitted=range(1, 21))
+    assert verdict == "not checked"
+    assert "too little to tell; 50% must be found: submit more seeds" in words
+
+
+def test_episodes_that_end_badly_are_noted(check: Callable[..., tuple[str, str, int]]) -> None:
+    verdict, words, _ = check([*draw(2000, 10.0), unlucky("a", seed=2011, rate=0.4)])
     assert verdict == "noted"
     assert "1 of 11 episodes do not end well" in words
+
+
+def test_a_check_says_what_it_would_have_found(check: Callable[..., tuple[str, str, int]]) -> None:
+    assert "; would find 1% longer waiting with 95%" in check(draw(2000, 10.0))[1]
 
 
 def bundle_of(trained_on: tuple[Training, ...] | None = None) -> Bundle:
@@ -71,7 +84,8 @@ def bundle_of(trained_on: tuple[Training, ...] | None = None) -> Bundle:
 def test_draws_are_of_seeds_that_nobody_could_foresee() -> None:
     one, other = fresh.draws(10, bundle_of())
     assert len({*one, *other}) == 20
-    assert {*one, *other} <= {*FRESH_SEEDS}
+    assert all(seed in FRESH_SEEDS for seed in (*one, *other))
+    assert len(FRESH_SEEDS) > 2**62
     assert fresh.draws(10, bundle_of()) != [one, other]
     assert fresh.draws(0, bundle_of()) == []
 
@@ -83,8 +97,24 @@ def test_seeds_that_are_asked_for_stand_in_the_first_draw_once() -> None:
     assert fresh.draws(0, bundle_of(), (7, 9)) == [[7, 9]]
 
 
-def test_what_it_was_trained_on_is_no_fresh_seed() -> None:
-    last = FRESH_SEEDS.stop - 1
-    told = (Training(scenarios=("test",), first=FRESH_SEEDS.start, last=last - 4),)
-    one, other = fresh.draws(2, bundle_of(told))
-    assert sorted((*one, *other)) == [*range(last - 3, last + 1)]
+def test_a_declaration_takes_no_seed_from_the_draw() -> None:
+    told = (Training(scenarios=("test",), first=0, last=2**63 - 1),)
+    assert [len(draw) for draw in fresh.draws(2, bundle_of(told))] == [2, 2]
+
+
+@pytest.mark.parametrize("total", [1, 2, 10, 19, 20, 21, 40, 100, 400, 9840])
+def test_a_sample_meets_one_forged_record_in_twenty(total: int) -> None:
+    forged, size = ceil(total / 20), fresh.sample_size(total)
+
+    def missed(drawn: int) -> float:
+        return comb(total - forged, drawn) / comb(total, drawn)
+
+    assert missed(size) <= 0.05 < missed(size - 1)
+    assert size <= min(total, 59)
+
+
+def test_a_sample_is_drawn_anew_over_all_records() -> None:
+    records = [record("a", seed, 1.0, rate=0.4) for seed in range(1, 101)]
+    first, second = fresh.sample(records), fresh.sample(records)
+    assert [one.seed for one in first] != [one.seed for one in second]
+    assert fresh.sample(records, every=True) == records
