@@ -11,8 +11,10 @@ import pytest
 import tomli_w
 import torch
 from factories.scenarios import smoke
+from factories.training import without_workers
 from hypothesis import given
 from hypothesis import strategies as st
+from stable_baselines3.common.logger import Logger
 
 from baselines.hierarchical import ppo, train
 from baselines.hierarchical.local_observation import SIZE as SIZE_TUNED
@@ -21,6 +23,7 @@ from baselines.hierarchical.observation import SIZE
 from baselines.hierarchical.policy import RIGHT, ActionNetwork, shapes
 from baselines.hierarchical.reward import DrivingReward
 from baselines.hierarchical.rollout import Exercise, play
+from benchmark.learning import rounds
 from benchmark.learning import weights as files
 from benchmark.learning.observation import Numbers
 from benchmark.learning.rollout import Played, Trajectory
@@ -90,6 +93,23 @@ def test_the_policy_in_episodes_is_the_one_that_learns() -> None:
     assert ppo.spread(learner) == pytest.approx([LEARNER.spread] * 2)
 
 
+def test_what_earns_more_is_done_more_often() -> None:
+    learner = train._model(
+        train.PPOSettings(steps=1, hidden=(8,), learning_rate=0.02, batch=256), SIZE, 1
+    )
+    learner.set_logger(Logger(None, []))
+    random = np.random.default_rng(1)
+    for _ in range(15):
+        seen = random.random((256, SIZE), dtype=np.float32)
+        means = ActionNetwork(ppo.arrays(learner)).means(seen)
+        actions = (means + 0.6 * random.standard_normal(means.shape)).astype(np.float32)
+        earned = Trajectory(seen, actions, (actions[:, 1] > RIGHT).astype(np.float32), True)
+        learner.rollout_buffer = ppo.Batch(learner, [earned], 0.0, 0.9, random)  # type: ignore[assignment]
+        learner.train()
+    rows = random.random((100, SIZE), dtype=np.float32)
+    assert (ActionNetwork(ppo.arrays(learner)).means(rows)[:, 1] > RIGHT).all()
+
+
 def played(seed: int = 10_000, **facts: Any) -> Played:
     learner = model()
     arrays = {**ppo.arrays(learner), "spread": ppo.spread(learner)}
@@ -116,8 +136,8 @@ def test_equal_arguments_give_equal_trajectories() -> None:
 
 
 TINY = (
-    *("traffic.scenarios=['smoke/crossing']", "traffic.rates=[0.6]", "traffic.duration=60"),
-    *("learner.steps=1500", "learner.hidden=[8]", "validation.rounds=2", "validation.seeds=1"),
+    *("traffic.scenarios=['smoke/crossing']", "traffic.rates=[0.6]", "traffic.duration=30"),
+    *("learner.steps=500", "learner.hidden=[8]", "validation.rounds=2", "validation.seeds=1"),
     "validation.rates=[0.6]",
 )
 
@@ -134,7 +154,8 @@ def manifest(out: Path) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("hierarchical") / "run"
-    train.train_hierarchical(options(out))
+    with without_workers(rounds):
+        train.train_hierarchical(options(out))
     return out
 
 
@@ -151,7 +172,8 @@ def test_equal_seeds_give_equal_weights_for_any_number_of_workers(
 ) -> None:
     train.train_hierarchical(options(tmp_path / "run", workers=2))
     assert manifest(tmp_path / "run")["digest"] == manifest(finished)["digest"]
-    train.train_hierarchical(options(tmp_path / "other", seed=2))
+    with without_workers(rounds):
+        train.train_hierarchical(options(tmp_path / "other", seed=2))
     assert manifest(tmp_path / "other")["digest"] != manifest(finished)["digest"]
 
 
@@ -165,12 +187,13 @@ def test_a_run_that_was_stopped_goes_on_as_if_it_had_not(
             raise KeyboardInterrupt
         return learn(self, episodes, before)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(train.LowLevelLearning, "_learn", stopped)
-        with pytest.raises(KeyboardInterrupt):
-            train.train_hierarchical(options(out))
-    assert manifest(out)["round"] == 2
-    train.train_hierarchical(options(out, resume=True))
+    with without_workers(rounds):
+        with monkeypatch.context() as patch:
+            patch.setattr(train.LowLevelLearning, "_learn", stopped)
+            with pytest.raises(KeyboardInterrupt):
+                train.train_hierarchical(options(out))
+        assert manifest(out)["round"] == 2
+        train.train_hierarchical(options(out, resume=True))
     assert manifest(out)["digest"] == manifest(finished)["digest"]
 
 
@@ -228,6 +251,7 @@ def towards(scenario: Scenario, arrays: Mapping[str, Numbers]) -> tuple[float, f
     return fmean(wanted[0]), fmean(wanted[1])
 
 
+@pytest.mark.slow
 def test_the_low_level_learns_to_move_to_an_unregulated_lane_when_that_is_rewarded(
     tmp_path: Path,
 ) -> None:

@@ -19,11 +19,11 @@ def rightofway(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[
         pytest.MonkeyPatch.context() as patch,
         redirect_stdout(out),
         redirect_stderr(err),
-        pytest.raises(SystemExit) as end,
     ):
         patch.chdir(folder)
         patch.setenv("COLUMNS", "200")
         patch.setattr(sys, "argv", ["rightofway", *arguments])
-        main()
+        with pytest.raises(SystemExit) as end:
+            main()
     assert isinstance(end.value.code, int)
     return subprocess.CompletedProcess(arguments, end.value.code, out.getvalue(), err.getvalue())
