@@ -23,6 +23,9 @@ _PROSE = {
     "union_tag_not_found": 'the key model = "IDM" or "Krauss" is required',
 }
 
+MOST = 20  # problems that are told
+LONGEST = 1000  # characters of one
+
 
 def explain(error: ValidationError, model: type[BaseModel], source: str) -> str:
     """One line per problem: source, path of the key, what is wrong, what was expected."""
@@ -34,7 +37,9 @@ def explain(error: ValidationError, model: type[BaseModel], source: str) -> str:
         # a list with a bad entry counts as too short to pydantic; the entry is reported already
         if problem["type"] != "too_short" or not any(_within(p, problem["loc"]) for p in places)
     ]
-    return "\n".join(f"{source}: {line}" for line in dict.fromkeys(lines))
+    told = [f"{source}: {line[:LONGEST]}" for line in dict.fromkeys(lines)]
+    more = [f"{source}: and {len(told) - MOST} more"] if len(told) > MOST else []
+    return "\n".join([*told[:MOST], *more])
 
 
 def _within(place: tuple[int | str, ...], other: tuple[int | str, ...]) -> bool:

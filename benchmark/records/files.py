@@ -17,6 +17,7 @@ from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmark.plumbing import parquet
 from benchmark.plumbing.errors import StoreError
 from benchmark.records.table import join_tables, record_decoder, records_table, table_schema
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 PART = 50_000  # records of one file in a packed folder: what is in memory at a time
 FILE = re.compile(r"(?P<name>.*?)(\.(?P<number>\d+)\.(?P<kind>lines|parquet)|\.jsonl)")
+LONGEST_LINE = 8 * 2**20  # bytes; a record of one junction has some thousand
+LARGEST_PART = 2 * 2**30  # bytes of one file once it is unpacked
+MOST_ROWS = 100 * PART  # of one file, a row for each junction
 KNOWN = "rightofway columns"  # in the metadata: those of the table when it was packed
 
 
@@ -72,7 +76,10 @@ def read_lines(path: Path) -> Iterator[bytes]:
                     yield line.encode() + b"\n"
             return
         with path.open("rb") as file:
-            yield from file
+            while text := file.readline(LONGEST_LINE + 1):
+                if len(text) > LONGEST_LINE:
+                    raise StoreError(f"{path}: a line of more than {LONGEST_LINE} bytes; no record")
+                yield text
     except OSError as error:
         raise StoreError(f"{path}: cannot read records: {error.strerror or error}") from error
 
@@ -89,6 +96,7 @@ def packed_table(path: Path) -> "polars.DataFrame":
     parts = []
     try:
         for part in _parts(path):
+            _check_sizes(part)
             known = json.loads(polars.read_parquet_metadata(part).get(KNOWN, "null"))
             if known == [*table_schema()]:
                 parts.append(polars.read_parquet(part, columns=known))
@@ -181,8 +189,25 @@ def _parts(path: Path) -> list[Path]:
 def _column(part: Path, name: str) -> list[str]:
     import polars
 
-    values: list[str] = polars.read_parquet(part, columns=[name])[name].drop_nulls().to_list()
+    _check_sizes(part)
+    column = polars.read_parquet(part, columns=[name])[name].drop_nulls()
+    lengths = column.str.len_bytes().to_numpy()
+    if lengths.max(initial=0) > LONGEST_LINE or lengths.sum() > LARGEST_PART:
+        raise StoreError(f"{part}: lines that are longer than records")
+    values: list[str] = column.to_list()
     return values
+
+
+def _check_sizes(part: Path) -> None:
+    """Refuse what would fill the memory before it is decoded."""
+    try:
+        sizes = parquet.sizes(part)
+    except ValueError as error:
+        raise StoreError(
+            f"{part}: cannot read packed records: {error}; restore it from a copy"
+        ) from error
+    if sizes.rows > MOST_ROWS or sizes.decompressed > LARGEST_PART:
+        raise StoreError(f"{part}: unpacks to {sizes.rows} rows, {sizes.decompressed} bytes")
 
 
 def _whole(path: Path) -> Iterator[bytes]:

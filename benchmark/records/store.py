@@ -217,7 +217,7 @@ class Store:
         for line, place in self._lines(path):
             try:
                 yield line, decode(line)
-            except ValueError:  # msgspec's errors, and those of text that is not UTF-8
+            except (ValueError, RecursionError):  # msgspec's errors, and text that is not UTF-8
                 yield line, _parse(line, place)
 
     def _set_aside_torn_line(self, path: Path) -> None:
@@ -265,7 +265,7 @@ def _parse(line: bytes, place: str) -> Record:
     except ValidationError as error:
         try:
             version = json.loads(line).get("schema")
-        except (ValueError, AttributeError):
+        except (ValueError, AttributeError, RecursionError):
             raise StoreError(f"{place}: not a record; remove the line or restore it") from error
         if isinstance(version, int) and version > 1:
             raise StoreError(

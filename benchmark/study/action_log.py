@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from benchmark.control.guard import PROGRAMS
-from benchmark.plumbing import files
+from benchmark.plumbing import files, parquet
+from benchmark.plumbing.depth import check_depth
 from benchmark.plumbing.errors import ActionLogError, ScenarioError, StoreError
 from benchmark.records.record import Record
 from benchmark.scenario import scenario as scenarios
@@ -30,7 +31,10 @@ if TYPE_CHECKING:
 KEY = "rightofway"  # of the file's metadata
 FORMAT = 2
 LARGEST = 64 * 2**20  # bytes of a file; an episode of 1000 s takes some ten thousand
-MOST_ACTIONS = 5_000_000
+MOST_ACTIONS = 2_000_000
+LARGEST_HEAD = 8 * 2**20  # characters of the metadata; an episode's record and scenario have 50 000
+LARGEST_UNPACKED = 256 * 2**20  # bytes of columns, and of texts once each row has its own
+LONGEST_TEXT = 1000  # bytes of a vehicle's or junction's id
 Key = tuple[str, str, str, float | None, int]  # ``Record.episode``
 
 
@@ -163,7 +167,12 @@ def _contents(path: Path) -> tuple[dict[str, Any], "polars.DataFrame"]:
         with path.open("rb") as file:
             if file.read(4) != b"PAR1":
                 raise ActionLogError(refused)
-        head = json.loads(polars.read_parquet_metadata(path).get(KEY, ""))
+        _check_sizes(path)
+        text = polars.read_parquet_metadata(path).get(KEY, "")
+        if len(text) > LARGEST_HEAD:
+            raise ActionLogError(f"{path}: its metadata is longer than that of an action log")
+        head = json.loads(text)
+        check_depth(head)
         if dict(polars.read_parquet_schema(path)) != _schema() or not isinstance(head, dict):
             raise ActionLogError(refused)
         rows = polars.scan_parquet(path).head(MOST_ACTIONS + 1).collect()
@@ -173,9 +182,31 @@ def _contents(path: Path) -> tuple[dict[str, Any], "polars.DataFrame"]:
         ) from error
     except (PanicException, PolarsError, ValueError, RecursionError) as error:
         raise ActionLogError(f"{refused}; the file may be cut off") from error
-    if len(rows) > MOST_ACTIONS:
-        raise ActionLogError(f"{path}: more than {MOST_ACTIONS} commands; no episode has so many")
+    _check_texts(path, rows)
     return head, rows
+
+
+def _check_sizes(path: Path) -> None:
+    """Refuse what would fill the memory before it is decoded."""
+    sizes = parquet.sizes(path)
+    if sizes.rows > MOST_ACTIONS or sizes.values > 2 * MOST_ACTIONS * len(_schema()):
+        raise ActionLogError(f"{path}: more than {MOST_ACTIONS} commands; no episode has so many")
+    if sizes.decompressed > LARGEST_UNPACKED:
+        raise ActionLogError(f"{path}: unpacks to more than {LARGEST_UNPACKED} bytes")
+
+
+def _check_texts(path: Path, rows: "polars.DataFrame") -> None:
+    """Refuse texts that lie in the file once and would lie in memory once for every row."""
+    import polars
+
+    lengths = rows.select(polars.col(polars.String).str.len_bytes())
+    longest = max(lengths.max().row(0), key=lambda length: length or 0) or 0
+    total = sum(length or 0 for length in lengths.sum().row(0))
+    if longest > LONGEST_TEXT or total > LARGEST_UNPACKED:
+        raise ActionLogError(
+            f"{path}: a text of {longest} bytes, {total} bytes in all; at most {LONGEST_TEXT} and "
+            f"{LARGEST_UNPACKED}"
+        )
 
 
 def _digest(head: Mapping[str, Any], rows: "polars.DataFrame") -> str:

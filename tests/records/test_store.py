@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import polars
 import pytest
 from factories.records import anything, filled
 from hypothesis import given, settings
@@ -16,6 +17,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from benchmark.plumbing.errors import StoreError
+from benchmark.records import files
 from benchmark.records.record import Record, Versions, Waiting
 from benchmark.records.store import Store
 
@@ -291,3 +293,32 @@ def test_a_record_is_read_only_and_refuses_unknown_keys() -> None:
         one.seed = 2  # type: ignore[misc]
     with pytest.raises(ValidationError, match="extra_forbidden"):
         record(sead=1)
+
+
+@pytest.mark.parametrize("line", ["[" * 3000, '{"scenario":' * 3000, '{"junctions":' + "[" * 9000])
+def test_a_line_that_is_nested_without_end_is_one_message(tmp_path: Path, line: str) -> None:
+    (tmp_path / "records").mkdir()
+    (tmp_path / "records" / "a.jsonl").write_text(line + "\n")
+    for read in (Store(tmp_path).read, Store(tmp_path).table):
+        with pytest.raises(StoreError, match=r"a.jsonl:1: "):
+            read()
+
+
+def test_a_line_without_end_is_not_read_to_its_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "LONGEST_LINE", 1000)
+    (tmp_path / "records").mkdir()
+    (tmp_path / "records" / "a.jsonl").write_text("x" * 2000)
+    with pytest.raises(StoreError, match="a line of more than 1000 bytes"):
+        Store(tmp_path).read()
+
+
+def test_packed_lines_that_each_row_would_repeat_are_refused(tmp_path: Path) -> None:
+    part = tmp_path / "records" / "a.1.parquet"
+    part.mkdir(parents=True)
+    rows = polars.DataFrame({"line": polars.repeat("x" * 30_000, 100_000, eager=True)})
+    rows.write_parquet(part / "000000.parquet")
+    for read in (Store(tmp_path).read, Store(tmp_path).table):
+        with pytest.raises(StoreError, match="lines that are longer than records"):
+            read()

@@ -171,3 +171,31 @@ def test_a_log_that_was_cut_is_refused(
 def test_a_disk_that_refuses_is_named_and_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match="cannot write the action log"):
         written(tmp_path / "absent")
+
+
+def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    many = action_log.MOST_ACTIONS + 1
+    rows = action_log.frame([GO]).select(polars.all().repeat_by(many).explode())
+    rewritten(path, head_of(path), rows)
+    with pytest.raises(ActionLogError, match="more than 2000000 commands"):
+        action_log.read_log(path)
+
+
+def test_texts_that_each_row_would_repeat_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    for text, count in (("x" * 2000, 2), ("x" * 900, 400_000)):
+        row = action_log.frame([GO._replace(target=text)])
+        rewritten(path, head_of(path), row.select(polars.all().repeat_by(count).explode()))
+        assert path.stat().st_size < 10_000
+        with pytest.raises(ActionLogError, match="a text of"):
+            action_log.read_log(path)
+
+
+def test_metadata_that_is_nested_without_end_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    for depth in (80, 5000):
+        text = f'{{"record":{"[" * depth}{"]" * depth}}}'
+        polars.read_parquet(path).write_parquet(path, metadata={action_log.KEY: text})
+        with pytest.raises(ActionLogError, match="not an action log"):
+            action_log.read_log(path)
