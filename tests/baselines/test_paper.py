@@ -1,17 +1,14 @@
 """From records to the paper's table and figures: known reductions, honest marks, named gaps."""
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from factories.processes import PATIENCE
+from factories.command_line import rightofway
 from factories.records import record, unlucky
 from matplotlib.image import imread
 
@@ -351,15 +348,8 @@ def results(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    whole = [str(Path(sys.executable).parent / "rightofway"), "paper", *arguments]
-    return subprocess.run(
-        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=PATIENCE
-    )
-
-
 def test_the_command_writes_tables_and_figures_from_records(results: Path) -> None:
-    done = command(results, "--no-lane-change")
+    done = rightofway(results, "paper", "--no-lane-change")
     assert (done.returncode, done.stdout) == (0, "results/paper/PAPER.md\n")
     assert "hierarchical-tuned: no records" in done.stderr
     text = (results / "results/paper/PAPER.md").read_text()
@@ -372,7 +362,7 @@ def test_the_command_writes_tables_and_figures_from_records(results: Path) -> No
 
 def test_the_command_shows_a_lane_change(results: Path) -> None:
     options = ("--controller", "time-windows")
-    done = command(results, "--records", "results/records", "--out", "there", *options)
+    done = rightofway(results, "paper", "--records", "results/records", "--out", "there", *options)
     assert done.returncode == 0, done.stderr
     text = (results / "there/PAPER.md").read_text()
     assert "of colorado-springs/334 at 40 % RVs, seed 1, under `time-windows`" in text
@@ -381,7 +371,7 @@ def test_the_command_shows_a_lane_change(results: Path) -> None:
 
 
 def test_a_controller_that_cannot_be_run_costs_only_the_example(results: Path) -> None:
-    done = command(results, "--controller", "wnag")
+    done = rightofway(results, "paper", "--controller", "wnag")
     assert done.returncode == 0
     assert "no example of a lane change" in done.stderr
     text = (results / "results/paper/PAPER.md").read_text()
@@ -402,7 +392,7 @@ def test_misuse_ends_in_exit_code_2(results: Path, arguments: list[str], words: 
     store = Store(results / "others")
     store.prepare()
     store.append(record())
-    done = command(results, *arguments)
+    done = rightofway(results, "paper", *arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert words in done.stderr
     assert "Traceback" not in done.stderr
