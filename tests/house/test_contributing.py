@@ -1,68 +1,96 @@
 """Every command in CONTRIBUTING.md is run as it stands, in an empty folder.
 
-The command is the built wheel's, as for those who contribute from elsewhere. Only ``pip install``
-is given another target than the environment that the tests run in.
+Here and at once; and, slowly, in processes under the built wheel, as for those who contribute from
+elsewhere. Only ``pip install`` is given another target than the environment of the tests.
 """
 
 import os
 import re
+import shlex
+import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from factories.command_line import rightofway
 from factories.processes import PATIENCE
 from factories.scenarios import ROOT
+from plugins import describe
 
+from benchmark.admission.conformance import elsewhere
+from benchmark.control import plugins
 from benchmark.records.record import Record
 from benchmark.records.store import Store
 
 TEXT = (ROOT / "CONTRIBUTING.md").read_text()
 PROGRAMS = Path(sys.executable).parent
 OFFLINE = "--no-deps --no-index --no-build-isolation --disable-pip-version-check --quiet"
+INSTALL = "pip install -e '.[test]'"
+SLOW = ("pytest", *(f"rightofway {x}" for x in ("submit", "verify", "leaderboard --records")))
 
 
 @dataclass
 class Shell:
-    """A folder, and an environment that lasts from line to line."""
+    """A folder whose commands are run in this process, one by one."""
 
     folder: Path
     site: Path  # where pip installs
-    wheel: Path | None = None  # where Right of Way itself is installed; None: this checkout
     output: dict[str, str] = field(default_factory=dict)  # what each command printed
-
-    @property
-    def environment(self) -> Mapping[str, str]:
-        path = os.pathsep.join([str(PROGRAMS), os.environ["PATH"]])
-        places = [self.site, *([self.wheel] if self.wheel else [])]
-        modules = os.pathsep.join([*map(str, places), os.environ.get("PYTHONPATH", "")])
-        return os.environ | {"PATH": path, "PYTHONPATH": modules, "COLUMNS": "200"}
 
     def run(self, line: str) -> None:
         if line.startswith("cd "):
             self.folder /= line.removeprefix("cd ")
             return
-        started = line.replace(
-            "pip install -e '.[test]'",
-            f"{sys.executable} -m pip install {OFFLINE} --target {self.site} .",
+        done = self.done(line)
+        assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+        self.output[line] = done.stdout
+
+    def done(self, line: str) -> subprocess.CompletedProcess[str]:
+        if line == INSTALL:
+            shutil.copytree(self.folder / "src", self.site, dirs_exist_ok=True)
+            describe(self.folder / "pyproject.toml", self.site)
+            plugins.discovered.cache_clear()
+        if line == INSTALL or line.startswith(SLOW):
+            return subprocess.CompletedProcess(line, 0, "", "")
+        command, _, file = line.partition(" >> ")
+        done = rightofway(self.folder, *shlex.split(command)[1:])
+        if file:
+            with (self.folder / file).open("a") as end:
+                end.write(done.stdout)
+        return done
+
+    def records(self) -> list[Record]:
+        return Store(self.folder / "out").read()
+
+
+@dataclass
+class RealShell(Shell):
+    """One whose commands are processes, and the installed wheel's."""
+
+    wheel: Path = Path()  # where Right of Way itself is installed
+
+    def done(self, line: str) -> subprocess.CompletedProcess[str]:
+        path = os.pathsep.join([str(PROGRAMS), os.environ["PATH"]])
+        places = [str(self.site), str(self.wheel), os.environ.get("PYTHONPATH", "")]
+        pip = f"{sys.executable} -m pip install {OFFLINE} --target {self.site} ."
+        started = re.sub(
+            r"^pytest\b",
+            f"{sys.executable} -m pytest -p no:cacheprovider",
+            line.replace(INSTALL, pip),
         )
-        started = re.sub(r"^pytest\b", f"{sys.executable} -m pytest -p no:cacheprovider", started)
-        done = subprocess.run(
+        return subprocess.run(
             started,
             shell=True,
             cwd=self.folder,
-            env=self.environment,
+            env=os.environ
+            | {"PATH": path, "PYTHONPATH": os.pathsep.join(places), "COLUMNS": "200"},
             capture_output=True,
             text=True,
             timeout=PATIENCE,
         )
-        assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
-        self.output[line] = done.stdout
-
-    def records(self) -> list[Record]:
-        return Store(self.folder / "out").read()
 
 
 def section(title: str) -> str:
@@ -75,23 +103,36 @@ def commands(title: str) -> list[str]:
     return [line for block in blocks for line in block.splitlines()]
 
 
-@pytest.fixture(scope="module")
-def wheel(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder that the built wheel is installed in, which comes before this checkout."""
-    (file,) = built.glob("*.whl")
-    site = tmp_path_factory.mktemp("wheel")
-    pip = [sys.executable, "-m", "pip", "install", *OFFLINE.split(), "--target", str(site)]
-    subprocess.run([*pip, str(file)], check=True)
-    return site
+@pytest.fixture(params=[pytest.param("wheel", marks=pytest.mark.slow), "here"])
+def follow(request: pytest.FixtureRequest, tmp_path: Path, here: Shell) -> Callable[[str], Shell]:
+    """Does what a section says."""
+    shell = here if request.param == "here" else RealShell(here.folder, here.site)
+    if isinstance(shell, RealShell):
+        shell.wheel = tmp_path / "wheel"
+        (file,) = request.getfixturevalue("built").glob("*.whl")
+        pip = [sys.executable, "-m", "pip", "install", *OFFLINE.split()]
+        subprocess.run([*pip, "--target", shell.wheel, file], check=True, timeout=PATIENCE)
+
+    def followed(title: str) -> Shell:
+        for line in commands(title):
+            shell.run(line)
+        return shell
+
+    return followed
 
 
-def follow(title: str, folder: Path, wheel: Path) -> Shell:
-    """Do what a section says, with what the wheel installs."""
-    shell = Shell(folder / "here", folder / "site", wheel)
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_workers: None) -> Iterator[Shell]:
+    """An empty folder, and one that modules are installed in."""
+    shell = Shell(tmp_path / "here", tmp_path / "site")
     shell.folder.mkdir()
-    for line in commands(title):
-        shell.run(line)
-    return shell
+    shell.site.mkdir()
+    monkeypatch.syspath_prepend(shell.site)
+    monkeypatch.setattr(elsewhere, "run_elsewhere", lambda tasks: [*map(elsewhere.run_one, tasks)])
+    yield shell
+    plugins.discovered.cache_clear()
+    for name in [name for name in sys.modules if name.partition(".")[0] == "my_controller"]:
+        del sys.modules[name]
 
 
 @pytest.mark.parametrize("title", ["Add a scenario", "Add a controller"])
@@ -100,8 +141,8 @@ def test_each_path_is_under_a_page(title: str) -> None:
     assert commands(title)[0].startswith("rightofway new ")
 
 
-def test_a_scenario_is_written_checked_drawn_and_run(tmp_path: Path, wheel: Path) -> None:
-    shell = follow("Add a scenario", tmp_path, wheel)
+def test_a_scenario_is_written_checked_drawn_and_run(follow: Callable[[str], Shell]) -> None:
+    shell = follow("Add a scenario")
     assert "all well" in shell.output["rightofway check my-crossing.toml"]
     assert len(list(shell.folder.glob("*.png"))) == 1
     results = {(record.scenario, record.controller, record.status) for record in shell.records()}
@@ -111,12 +152,12 @@ def test_a_scenario_is_written_checked_drawn_and_run(tmp_path: Path, wheel: Path
 
 
 def test_the_signal_that_is_proposed_can_be_appended_to_a_scenario_without_one(
-    tmp_path: Path,
+    here: Shell,
 ) -> None:
-    shell = Shell(tmp_path, tmp_path / "site")
+    shell = here
     (line,) = re.findall(r"`(rightofway signal [^`]*>> [^`]*)`", section("Add a scenario"))
     shell.run("rightofway new scenario my-crossing")
-    file = tmp_path / "my-crossing.toml"
+    file = shell.folder / "my-crossing.toml"
     file.write_text(file.read_text().partition("[signal]")[0])
     shell.run(line)
     shell.run("rightofway check my-crossing.toml")
@@ -124,10 +165,9 @@ def test_the_signal_that_is_proposed_can_be_appended_to_a_scenario_without_one(
 
 
 def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderboard(
-    tmp_path: Path, wheel: Path
+    follow: Callable[[str], Shell],
 ) -> None:
-    shell = follow("Add a controller", tmp_path, wheel)
-    assert re.search(r"\d+ passed in", shell.output["pytest"])
+    shell = follow("Add a controller")
     (line,) = (
         row for row in shell.output["rightofway list"].splitlines() if "my-controller" in row
     )
@@ -141,24 +181,26 @@ def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderbo
     assert {record.status for record in records.values()} == {"ok"}
     table = (shell.folder / "out" / "LEADERBOARD.md").read_text()
     assert "| my-controller " in table
-    verified = shell.output["rightofway verify my-controller.zip --out results"]
-    assert "accepted" in verified.splitlines()[-2]
-    assert " my-controller " in shell.output["rightofway leaderboard --records results"]
+    if isinstance(shell, RealShell):
+        assert re.search(r"\d+ passed in", shell.output["pytest"])
+        verified = shell.output["rightofway verify my-controller.zip --out results"]
+        assert "accepted" in verified.splitlines()[-2]
+        assert " my-controller " in shell.output["rightofway leaderboard --records results"]
 
 
-def test_a_controller_in_a_file_is_checked_and_run_before_it_is_a_package(tmp_path: Path) -> None:
-    shell = Shell(tmp_path, tmp_path / "site")
+def test_a_controller_in_a_file_is_checked_and_run_before_it_is_a_package(here: Shell) -> None:
+    shell, folder = here, here.folder
     shell.run("rightofway new controller my-controller")
-    made = tmp_path / "my-controller" / "src" / "my_controller" / "controller.py"
-    made.rename(tmp_path / "my_file.py")
+    made = folder / "my-controller" / "src" / "my_controller" / "controller.py"
+    made.rename(folder / "my_file.py")
     shown = section("Add a controller")
     (line,) = re.findall(r"`(rightofway check controller my_file[^`]*)`", shown)
     shell.run(line)
     assert "my_file.py:MyController (my_file.py sha256:" in shell.output[line]
     (suite,) = re.findall(r"`(controllers = \[\{[^`]*)`", shown)
-    study = tmp_path / "deeper" / "study.toml"
+    study = folder / "deeper" / "study.toml"
     study.parent.mkdir()
-    (tmp_path / "my_file.py").rename(study.parent / "my_file.py")
+    (folder / "my_file.py").rename(study.parent / "my_file.py")
     study.write_text(f"scenarios = ['tee']\nrates = [0.5]\nseeds = 1\n{suite}\n")
     shell.run("rightofway run deeper/study.toml")
     assert [record.controller for record in shell.records()] == ["my_file.py:MyController?hold=15"]
