@@ -2,6 +2,10 @@
 
 from typing import TYPE_CHECKING
 
+import typer
+
+from benchmark.plumbing.plain import shown
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -21,10 +25,15 @@ def stderr() -> "Console":
 
 
 def literal(text: str) -> str:
-    """Text that prints as it is, whatever brackets it holds."""
+    """Text that prints as it is, whatever brackets or control characters it holds."""
     from rich.markup import escape
 
-    return escape(text)
+    return escape(shown(text, keep="\n"))
+
+
+def say(text: str, *, end: str = "\n") -> None:
+    """Print what the user asked for; control characters of whoever wrote it show as escapes."""
+    typer.echo(shown(text, keep="\n\t") + end, nl=False)
 
 
 def notice(message: str) -> None:

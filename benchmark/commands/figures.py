@@ -69,7 +69,7 @@ def draw_figures(
             console.notice(f"{kind.name}: nothing to draw; {kind.lacks}")
         else:
             written.append((kind, path))
-            typer.echo(str(path))
+            console.say(str(path))
     if not written:
         raise UsageError(f"{records}: nothing to draw")
     if not only:

@@ -44,11 +44,11 @@ def leaderboard(
             raise UsageError(
                 f"--rate {rate:g}: no records; expected one of {', '.join(map(str, known_rates))}"
             )
-        typer.echo(tables.table_at_rate(rows, rate), nl=False)
+        console.say(tables.table_at_rate(rows, rate), end="")
     elif form is None:
         print_leaderboard(rows)
     else:
-        typer.echo(tables.render_leaderboard(rows, form), nl=False)  # type: ignore[arg-type]
+        console.say(tables.render_leaderboard(rows, form), end="")  # type: ignore[arg-type]
 
 
 def print_leaderboard(rows: "Sequence[Row]") -> None:

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import typer
-
 from benchmark.commands import console
 from benchmark.commands.options import Records
 from benchmark.plumbing.errors import UsageError
@@ -22,11 +20,11 @@ def compact(records: Records = Path("out")) -> None:
     with store.writing():
         count = store.compact()
     if count:
-        typer.echo(
+        console.say(
             f"{count} files packed: {before / 1e6:.1f} MB before, {store.size() / 1e6:.1f} MB now"
         )
     else:
-        typer.echo("all records are packed already")
+        console.say("all records are packed already")
 
 
 def show_capacity(records: Records = Path("out")) -> None:
@@ -40,4 +38,4 @@ def show_capacity(records: Records = Path("out")) -> None:
             f"{records}: no records of scenarios at demands of their own; "
             "make some with `rightofway run 334@500 334@700 334@900`"
         )
-    typer.echo(capacity.capacity_markdown(curves), nl=False)
+    console.say(capacity.capacity_markdown(curves), end="")

@@ -82,7 +82,7 @@ def update(
         )
         raise typer.Exit(1)
     reference.write_reference(out, records, _provenance(suite, declared, records, state))
-    typer.echo(f"{out}: {len(records)} records")
+    console.say(f"{out}: {len(records)} records")
 
 
 def _git_state(out: Path, allow_dirty: bool) -> "GitState | None":

@@ -55,7 +55,7 @@ def renew(
     for (name, _, controller, rate), changes in list(renewal.differing.items())[:SHOWN]:
         at = "" if rate is None else f" at {100 * rate:g} %"
         console.notice(f"{name}, {controller}{at}: {changes[0]}")
-    typer.echo(
+    console.say(
         f"{renewal.sampled} episodes run again: {len(renewal.differing)} cells differ; "
         f"{len(renewal.identities)} records have the identity of this code"
     )

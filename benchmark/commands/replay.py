@@ -189,11 +189,11 @@ def _write(
     """Write the page and the films, and say where they are."""
     if output is not None:
         shown.write(output)
-        typer.echo(str(output))
+        console.say(str(output))
     for path in films.values():
         if path is not None:
             shown.film(path, begin, end, speed)
-            typer.echo(str(path))
+            console.say(str(path))
 
 
 def _tell(log: "ActionLog", again: "Record") -> bool:
@@ -209,7 +209,7 @@ def _tell(log: "ActionLog", again: "Record") -> bool:
             if junction.average_waiting_time is not None
         )
         who = f"{again.controller} on {again.scenario}, rate {again.rate}, seed {again.seed}"
-        typer.echo(
+        console.say(
             f"{log.path}: the same, bit for bit: {who}: average waiting time {waits or '-'} "
             f"from {len(log.actions)} commands"
         )

@@ -133,7 +133,7 @@ def run(
         )
     if not study.interrupted:
         print_leaderboard(study.rows)
-        typer.echo(f"all figures: {out / 'LEADERBOARD.md'}")
+        console.say(f"all figures: {out / 'LEADERBOARD.md'}")
     failures.report(study.results, out, time_limit)
     if study.interrupted:
         console.notice(

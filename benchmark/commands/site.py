@@ -39,7 +39,7 @@ def site(
     drawings = _drawings(files)
     contents = Contents.of(read, files, drawings, replays.replays_in(records))
     count = build.build_site(contents, output)
-    typer.echo(f"{output / 'index.html'}: {count} pages from {len(contents.records)} records")
+    console.say(f"{output / 'index.html'}: {count} pages from {len(contents.records)} records")
 
 
 def serve(
@@ -52,11 +52,11 @@ def serve(
     from benchmark.reports.site.server import site_server
 
     with site_server(folder, port) as running:
-        typer.echo(f"http://127.0.0.1:{running.server_port}/ (Ctrl-C ends it)")
+        console.say(f"http://127.0.0.1:{running.server_port}/ (Ctrl-C ends it)")
         try:
             running.serve_forever()
         except KeyboardInterrupt:
-            typer.echo("")
+            console.say("")
 
 
 def _read(folder: Path) -> "list[Record]":

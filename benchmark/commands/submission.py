@@ -101,7 +101,7 @@ def submit(
     if bad := [record for record in records if record.status != "ok"]:
         such = f"{bad[0].scenario}: {bad[0].status}: {bad[0].reason}"
         console.notice(f"{len(bad)} of {len(records)} episodes did not end well, such as {such}")
-    typer.echo(f"{output}: {len(records)} episodes, {output.stat().st_size} bytes")
+    console.say(f"{output}: {len(records)} episodes, {output.stat().st_size} bytes")
 
 
 def _check_target(target: Path, *, force: bool) -> None:
@@ -121,7 +121,7 @@ def verify(
         typer.Option(
             min=0, max=10_000, help="Seeds to draw, and as many again where it does worse there."
         ),
-    ] = 60,
+    ] = 100,
     fresh_seed: Annotated[
         list[int] | None,
         typer.Option(
@@ -163,7 +163,7 @@ def verify(
             new = [record for record in verification.records if record.line() not in there]
             for record in new:
                 store.append(record)
-            typer.echo(f"{len(new)} records appended to {store.records_folder}")
+            console.say(f"{len(new)} records appended to {store.records_folder}")
 
 
 def _show(bundle: Path, verification: "Verification") -> None:
@@ -187,8 +187,8 @@ def _show(bundle: Path, verification: "Verification") -> None:
     names = ", ".join(check.name for check in verification.objections)
     left = ", ".join(check.name for check in verification.open)
     if names:
-        typer.echo(f"not accepted: {names}")
+        console.say(f"not accepted: {names}")
     else:
-        typer.echo(
+        console.say(
             f"not accepted: nothing speaks against it, not checked: {left}" if left else "accepted"
         )

@@ -4,10 +4,18 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from benchmark.plumbing.plain import shown
+
 Share = Annotated[float, Field(ge=0, le=1)]
 
-Words = Annotated[str, AfterValidator(lambda text: text.encode(errors="replace").decode())]
-"""Text from elsewhere, such as a controller's error; what UTF-8 cannot hold becomes ``?``."""
+
+def _shown(text: str) -> str:
+    return text if text.isprintable() else shown(text.encode(errors="replace").decode(), "\n\t")
+
+
+Words = Annotated[str, AfterValidator(_shown)]
+"""Text from elsewhere, such as a controller's error: what UTF-8 cannot hold becomes ``?``, and what
+would steer a terminal is written as an escape."""
 
 
 class Table(BaseModel):

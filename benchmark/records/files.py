@@ -19,7 +19,13 @@ from typing import TYPE_CHECKING, Any
 
 from benchmark.plumbing import parquet
 from benchmark.plumbing.errors import StoreError
-from benchmark.records.table import join_tables, record_decoder, records_table, table_schema
+from benchmark.records.table import (
+    join_tables,
+    record_decoder,
+    records_table,
+    shown_table,
+    table_schema,
+)
 
 if TYPE_CHECKING:
     import polars
@@ -99,7 +105,7 @@ def packed_table(path: Path) -> "polars.DataFrame":
             _check_sizes(part)
             known = json.loads(polars.read_parquet_metadata(part).get(KNOWN, "null"))
             if known == [*table_schema()]:
-                parts.append(polars.read_parquet(part, columns=known))
+                parts.append(shown_table(polars.read_parquet(part, columns=known)))
             else:  # of another version; the lines tell all
                 parts.append(records_table(map(record_decoder().decode, _column(part, "line"))))
     except (OSError, PolarsError, ValueError) as error:

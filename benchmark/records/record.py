@@ -59,17 +59,17 @@ class TripMetrics(Entry):
 class Versions(Entry):
     """What produced the record."""
 
-    rightofway: str
-    sumo: str
-    python: str
+    rightofway: Words
+    sumo: Words
+    python: Words
 
 
 class Record(Entry):
     """One episode: one scenario, controller, rate and seed."""
 
     schema_: Literal[1] = Field(1, alias="schema", description="version of this format")
-    scenario: str
-    controller: str
+    scenario: Words
+    controller: Words
     rate: float | None = Field(
         description="penetration rate; null stands for every rate, as no vehicle is commanded"
     )
@@ -78,13 +78,13 @@ class Record(Entry):
     reason: Words | None = Field(None, description="why it is not ok")
     rules: Literal["signals", "robot vehicles"] | None = None
     arbitration: Literal["flexible", "own"] | None = None
-    scenario_hash: str
+    scenario_hash: Words
     network_hash: str | None = None
     routes_hash: str | None = None
-    controller_from: str | None = Field(
+    controller_from: Words | None = Field(
         None, description="distribution and version, or a file; SHA-256 but of Right of Way's own"
     )
-    weights_hash: str | None = None
+    weights_hash: Words | None = None
     trained_on: tuple[Training, ...] | None = Field(
         None, description="as the controller declares; null where it declares nothing"
     )

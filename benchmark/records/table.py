@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from benchmark.control.training import Training
+from benchmark.plumbing.plain import UNSEEN, shown
 from benchmark.records.measures import MEASURES
 from benchmark.records.record import Record
 
@@ -78,7 +79,7 @@ def _table(rows: list[tuple[object, ...]]) -> "polars.DataFrame":
     import polars
 
     columns = zip(*rows, strict=True) if rows else repeat(())
-    return polars.DataFrame(
+    table = polars.DataFrame(
         [
             _numbers(name, column)
             if kind == polars.Float64
@@ -86,6 +87,27 @@ def _table(rows: list[tuple[object, ...]]) -> "polars.DataFrame":
             for (name, kind), column in zip(table_schema().items(), columns, strict=False)
         ]
     )
+    return shown_table(table)
+
+
+def shown_table(table: "polars.DataFrame") -> "polars.DataFrame":
+    """A table whose texts hold nothing that steers a terminal or breaks a line."""
+    import polars
+
+    changed = [
+        column.map_elements(_plain, return_dtype=polars.String)
+        for column in table.iter_columns()
+        if column.dtype == polars.String and column.str.contains(UNSEEN).any()
+    ]
+    refusals = table["refusals"]
+    if refusals.explode(empty_as_null=True).str.contains(UNSEEN).any():
+        lines = [line and [*map(_plain, line)] for line in refusals.to_list()]
+        changed.append(polars.Series("refusals", lines, dtype=refusals.dtype))
+    return table.with_columns(changed)
+
+
+def _plain(text: str) -> str:
+    return shown(" ".join(text.split("\n")))
 
 
 def _numbers(name: str, values: Sequence[Any]) -> "polars.Series":

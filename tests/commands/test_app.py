@@ -337,7 +337,7 @@ GREEN_WORDS = ("greens", "phases[1]", "N-C and W-L conflict", "split the phase")
         ("run smoke --seed -1", ("--seed", "greater than or equal to 0|x>=0")),
         ("run smoke --seeds 0", ("--seeds", "greater than or equal to 1|x>=1")),
         ("run smoke --workers 0", ("--workers", "greater than or equal to 1|x>=1")),
-        ("run smoke --seed 3000000000", ("--seed", "less than or equal to|x<=")),
+        ("run smoke --seed 9300000000000000000", ("--seed", "less than or equal to|x<=")),
         ("run smoke --seeds 2 --seed 1", ("--seeds and --seed", "give one of them")),
         ("run smoke --sed 1", ("--sed", "--seed, --seeds|--seed")),
         ("run smoke/tee --out file/below", ("file/below", "choose another folder")),

@@ -11,7 +11,7 @@ from typing import Any
 
 import polars
 import pytest
-from factories.records import anything, filled
+from factories.records import anything, filled, unlucky
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -322,3 +322,18 @@ def test_packed_lines_that_each_row_would_repeat_are_refused(tmp_path: Path) -> 
     for read in (Store(tmp_path).read, Store(tmp_path).table):
         with pytest.raises(StoreError, match="lines that are longer than records"):
             read()
+
+
+def test_texts_that_steer_a_terminal_reach_no_table(tmp_path: Path) -> None:
+    evil = "\x1b[2J\u202ea"
+    bad = unlucky("a").model_dump(mode="json", by_alias=True)
+    bad |= {"scenario": evil, "controller": evil, "reason": evil, "status": "failed"}
+    (tmp_path / "records").mkdir()
+    (tmp_path / "records" / "a.jsonl").write_text(json.dumps(bad) + "\n")
+    plain = r"\x1b[2J\u202ea"
+    (read,) = Store(tmp_path).read()
+    assert (read.scenario, read.controller, read.reason) == (plain,) * 3
+    for _ in range(2):
+        row = Store(tmp_path).table().row(0, named=True)
+        assert (row["scenario"], row["controller"], row["reason"]) == (plain,) * 3
+        Store(tmp_path).compact()

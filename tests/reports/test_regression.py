@@ -9,6 +9,7 @@ from factories.comparisons import BASE, MADE, THROUGHPUT, WAITING, compared, sca
 from factories.records import record, runs, unlucky
 from rich.console import Console
 
+from benchmark.plumbing.plain import shown
 from benchmark.records.measures import MEASURES
 from benchmark.records.regression import RegressionCheck, Verdict, compare
 from benchmark.reports.regression import document, junit, markdown, phrases, terminal
@@ -131,7 +132,7 @@ def test_junit_names_figures_and_reasons(every: RegressionCheck) -> None:
     assert failure.get("message", "").startswith("worse: 21.06 -> 42.12 s, ratio 2.000")
     (error,) = cases["fails at 50 %: average_waiting_time"]
     assert "seed 8 failed: no | idea" in error.get("message", "")
-    assert "?[31m?" in error.get("message", "")  # what XML cannot hold
+    assert r"\x1b[31m\x00" in error.get("message", "")  # what XML cannot hold
     (skipped,) = cases["c at 50 %: average_waiting_time"]
     assert skipped.get("message") == "no scenario of that name"
 
@@ -148,7 +149,7 @@ def test_json_holds_everything_and_is_read_again_by_its_model(every: RegressionC
     assert worse.difference is not None
     assert worse.difference.low is not None
     assert worse.difference.low > 0
-    assert rows[Verdict.NEW_FAILURE].remark == f"seed 8 failed: {EVIL}"
+    assert rows[Verdict.NEW_FAILURE].remark == f"seed 8 failed: {shown(EVIL, keep=chr(10))}"
     assert json.loads(text)["schema"] == 1
 
 
