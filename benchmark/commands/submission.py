@@ -121,7 +121,7 @@ def verify(
         typer.Option(
             min=0, max=10_000, help="Seeds to draw, and as many again where it does worse there."
         ),
-    ] = 100,
+    ] = 60,
     fresh_seed: Annotated[
         list[int] | None,
         typer.Option(

@@ -33,6 +33,12 @@ def problem(name: str) -> str | None:
     return None
 
 
+def may_lead_out(value: str) -> bool:
+    """Whether a text, were it a path, could lead out of the folder where it is read."""
+    parts = re.split(r"[/\\]", value)
+    return value.startswith(("/", "\\", "~")) or ".." in parts or value[1:2] == ":"
+
+
 def clash(names: Iterable[str]) -> str | None:
     """A name that some system takes for the same as another, or as a folder of another."""
     seen: set[str] = set()

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ from pydantic import BeforeValidator, Field, PositiveInt, PrivateAttr, Validatio
 from benchmark.control import reference
 from benchmark.control.isolation.limits import DEFAULT, Limits
 from benchmark.control.isolation.remote import declaration_of
-from benchmark.plumbing import toml_file
+from benchmark.plumbing import confined, toml_file
 from benchmark.plumbing.errors import ControllerError, RightOfWayError, SuiteError, UsageError
 from benchmark.plumbing.messages import explain
 from benchmark.plumbing.models import Share, Table
@@ -84,11 +85,43 @@ class Suite(Table):
         references = []
         for index, controller in enumerate(self.controllers):
             try:
-                declaration = declaration_of(controller, isolate, limits, self._path.parent)
+                own = _confined(controller, self._path.parent)
+                declaration = declaration_of(own, isolate, limits, self._path.parent)
             except RightOfWayError as error:
                 raise SuiteError(f"{self._path}: controllers[{index}]: {error}") from error
             references.append(declaration.reference)
         return references
+
+
+def _confined(controller: str, folder: Path) -> str:
+    """A controller's reference, whose options name no file but those in the suite's folder.
+
+    Whoever wrote the suite may be a stranger to whoever runs it.
+
+    Raises:
+        ControllerError: one does.
+    """
+    parts = reference.parse(controller)
+    options = parts.options()
+    for key, value in options.items():
+        elsewhere = Path(value).absolute()
+        inside = (folder / value).absolute()
+        if confined.may_lead_out(value) or (elsewhere != inside and _is_there(elsewhere)):
+            raise ControllerError(
+                f"{key}: {value} leads out of the suite's folder; put the file beside the suite, "
+                "or give the controller with --controller"
+            )
+        if elsewhere != inside and _is_there(inside):
+            options[key] = str(inside)
+    return str(replace(parts, query=reference.query(options)))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is something of that name, which may be too long for one."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
 
 
 def _placed(scenario: str, folder: Path) -> str:

@@ -10,7 +10,7 @@ from factories.suites import SMALL, written
 
 from benchmark.plumbing.errors import ScenarioError, SuiteError, UsageError
 from benchmark.scenario import catalogue
-from benchmark.study.suite import Suite, find_suite, shipped_suites
+from benchmark.study.suite import Suite, find_suite, load_suite, shipped_suites
 
 
 def found(*references: str | Path) -> Suite:
@@ -153,3 +153,18 @@ def test_controllers_are_tables_and_files_beside_the_suite_as_well(here: Path) -
         f"{mine}:Mine",
         f"{mine}:Mine?green=9",
     ]
+
+
+@pytest.mark.parametrize("value", ["/", "~/.ssh/id", "../key", "a/../../key", "key", "C:/key"])
+def test_a_suite_of_a_stranger_names_no_file_of_whoever_runs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: str
+) -> None:
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "key").write_text("key")
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "theirs" / "a.toml"
+    path.write_text(
+        f"scenarios = ['smoke/tee']\ncontrollers = [{{ name = 'wang', weights = '{value}' }}]\n"
+    )
+    with pytest.raises(SuiteError, match="leads out of the suite's folder"):
+        load_suite(path).checked_controllers()

@@ -1,6 +1,5 @@
 """What can be said of a bundle without running an episode."""
 
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from benchmark.admission.submission.manifest import Manifest
 from benchmark.control import plugins
 from benchmark.control import reference as naming
 from benchmark.control.training import Training
+from benchmark.plumbing import confined
 from benchmark.plumbing.errors import RightOfWayError
 from benchmark.records.record import Record
 from benchmark.records.store import Store
@@ -79,7 +79,7 @@ def files(folder: Path, members: Sequence[str], manifest: Manifest) -> Check:
     problems += [
         f"option {key}: {value} is no file of the bundle; give a file that `submit` can bundle"
         for key, value in naming.parse(manifest.name).options().items()
-        if key not in manifest.options and leads_out(value)
+        if key not in manifest.options and confined.may_lead_out(value)
     ]
     problems += [
         f"option {key}: {place} is missing"
@@ -87,12 +87,6 @@ def files(folder: Path, members: Sequence[str], manifest: Manifest) -> Check:
         if place not in held
     ]
     return verdict("files", problems, f"{len(held)} files have the hashes of the manifest")
-
-
-def leads_out(value: str) -> bool:
-    """Whether an option's value may name a file outside the folder that a controller is given."""
-    parts = re.split(r"[/\\]", value)
-    return (parts[0] in ("", "~") and len(parts) > 1) or ".." in parts or value[1:2] == ":"
 
 
 def name_problems(controller: str, source: str, scenarios: Iterable[str] = ()) -> Iterator[str]:
