@@ -15,12 +15,20 @@ from urllib.parse import urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, BrowserContext, Page, Request, Route, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    Page,
+    Request,
+    Route,
+    expect,
+    sync_playwright,
+)
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 PHONE = {"width": 360, "height": 740}
 DESK = {"width": 1280, "height": 800}
-PATIENCE = 15_000  # ms that a test waits for what is to appear
+PATIENCE = 300_000  # ms that a test waits for what is to appear
 SERIOUS = ("serious", "critical")  # impacts, in axe's words
 
 
@@ -48,8 +56,11 @@ def chromium() -> Iterator[Browser]:
         _without_a_browser()
     with sync_playwright() as play:
         browser = play.chromium.launch(
-            executable_path=found, args=["--disable-dev-shm-usage", "--hide-scrollbars"]
+            executable_path=found,
+            args=["--disable-dev-shm-usage", "--hide-scrollbars"],
+            timeout=PATIENCE,
         )
+        expect.set_options(timeout=PATIENCE)
         yield browser
         browser.close()
 
