@@ -4,9 +4,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from factories.processes import PATIENCE
@@ -55,11 +54,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def without_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What worker processes of this machine are given is done in this one, which costs less."""
-    from benchmark.study.pool import LocalPool
+def without_workers() -> Iterator[None]:
+    """Episodes run in this process."""
+    from factories import workers
 
-    def run(self: LocalPool, episodes: Sequence[Any]) -> Iterator[Any]:
-        return ((episode, self._work(episode)) for episode in episodes)
-
-    monkeypatch.setattr(LocalPool, "run", run)
+    with workers.without_workers():
+        yield

@@ -1,11 +1,9 @@
 """From records at many demands to the demand at which an intersection jams."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from factories.processes import PATIENCE
+from factories.command_line import rightofway
 from factories.records import junction, record
 from factories.scenarios import ROOT, shipped
 from hypothesis import given
@@ -14,6 +12,7 @@ from hypothesis import strategies as st
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.records.capacity import Curve, capacity_curves, capacity_markdown
 from benchmark.records.record import Record
+from benchmark.records.store import Store
 from benchmark.records.table import records_table
 from benchmark.scenario import catalogue
 
@@ -91,25 +90,22 @@ def test_the_table_has_a_row_for_each_controller_and_rate_and_a_column_for_each_
     ]
 
 
-def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    program = Path(sys.executable).parent / "rightofway"
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=PATIENCE)
-
-
+@pytest.mark.usefixtures("without_workers")
 def test_the_command_shows_where_the_runs_of_a_folder_jam(tmp_path: Path) -> None:
     study = ("smoke/crossing@300", "smoke/crossing@600", "--controller", "first-come")
-    done = command("run", *study, "--rate", "0.5", "--seeds", "1", "--out", tmp_path)
+    done = rightofway(tmp_path, "run", *study, "--rate", "0.5", "--seeds", "1")
     assert done.returncode == 0, done.stderr
-    done = command("capacity", "--records", tmp_path)
+    done = rightofway(tmp_path, "capacity")
     assert done.returncode == 0
     assert "| first-come   |  50 % |" in done.stdout
     assert "300 |   600 |" in done.stdout
 
 
 def test_a_folder_without_such_runs_says_how_to_make_some(tmp_path: Path) -> None:
-    study = ("smoke/crossing", "--controller", "first-come", "--rate", "0.5", "--seeds", "1")
-    assert command("run", *study, "--out", tmp_path).returncode == 0
-    done = command("capacity", "--records", tmp_path)
+    store = Store(tmp_path / "out")
+    store.prepare()
+    store.append(record())
+    done = rightofway(tmp_path, "capacity")
     assert done.returncode == 2
     assert "make some with `rightofway run 334@500" in " ".join(done.stderr.split())
 

@@ -1,20 +1,20 @@
 """Ways to cheat an average waiting time: each is impossible, or flagged on the leaderboard."""
 
 import csv
-import os
-import subprocess
-import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from factories.command_line import rightofway
+from factories.workers import without_workers
 from plugins import install
 
+from benchmark.control import plugins
 from benchmark.records import leaderboard
 from benchmark.records.leaderboard import Row
 from benchmark.records.store import Store
 from benchmark.reports import tables
 
-COMMAND = Path(sys.executable).parent / "rightofway"
 CHEATS = (
     *("creeps", "removes", "asks-to-remove", "all-green", "all-yield", "all-go", "no-clearance"),
     *("lights-off", "lights-dark", "stops-to-hide"),
@@ -22,20 +22,17 @@ CHEATS = (
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Every cheat beside the signal, on two seeds with RVs only."""
     folder = tmp_path_factory.mktemp("fair-play")
-    path = [str(install(folder / "installed", "cheats")), os.environ.get("PYTHONPATH", "")]
     names = [word for name in ("traffic-light", *CHEATS) for word in ("--controller", name)]
-    done = subprocess.run(
-        [COMMAND, "run", "asymmetric", "--rate", "1", "--seeds", "2", *names],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, path))},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 1, done.stderr  # some fail, and the others are not lost
-    return folder / "out"
+    with pytest.MonkeyPatch.context() as patch, without_workers():
+        patch.syspath_prepend(install(folder / "installed", "cheats"))
+        plugins.discovered.cache_clear()
+        done = rightofway(folder, "run", "asymmetric", "--rate", "1", "--seeds", "2", *names)
+        assert done.returncode == 1, done.stderr  # some fail, and the others are not lost
+        yield folder / "out"
+    plugins.discovered.cache_clear()
 
 
 @pytest.fixture(scope="module")
