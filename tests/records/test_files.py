@@ -52,7 +52,7 @@ def lines(store: Store) -> list[bytes]:
     return [line for path in found for line in record_files.read_lines(path)]
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(records=st.lists(anything(Record), min_size=1, max_size=4), more=anything(Record))
 def test_any_lines_come_back_byte_for_byte(
     tmp_path_factory: pytest.TempPathFactory, records: list[Record], more: Record
@@ -71,6 +71,7 @@ def test_any_lines_come_back_byte_for_byte(
     assert packed(store) == 0
 
 
+@settings(max_examples=40)
 @given(record=anything(Record))
 def test_lines_are_read_fast_as_they_are_with_care(record: Record) -> None:
     found = record_decoder().decode(record.line())

@@ -92,7 +92,7 @@ def test_the_figures_of_a_row_are_those_of_its_seeds() -> None:
 WAIT = st.floats(0, 1e4)
 PAIRS = st.lists(st.tuples(WAIT, WAIT), min_size=1, max_size=12)
 LIMITS = st.floats(0, 2)
-few = settings(max_examples=60)
+few = settings(max_examples=25)
 
 
 @few

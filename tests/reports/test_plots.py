@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from factories.records import junction, record, study, unlucky
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmark.records import table
@@ -78,6 +78,7 @@ def test_the_crossover_is_where_waiting_falls_below_for_good(
     assert (found.low, found.rate, found.high) == pytest.approx((rate, rate, rate))
 
 
+@settings(max_examples=30)
 @given(st.lists(st.tuples(*[st.floats(-50, 50)] * 3), min_size=2, max_size=8))
 def test_the_interval_of_a_crossover_lies_among_what_seeds_may_give(
     rows: list[tuple[float, float, float]],
