@@ -10,7 +10,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
@@ -38,12 +38,15 @@ def program() -> str | None:
     return next(filter(None, map(shutil.which, [named] if named else NAMES)), None)
 
 
-def _without_a_browser() -> NoReturn:
+def required_program() -> str:
+    """The Chromium, without which a test is skipped, or fails under `make test`."""
+    if found := program():
+        return found
     text = (
         "no Chromium on this machine, so the pages are not tested; install it, as in "
         "`apt-get install chromium`, or name its program in the variable CHROMIUM"
     )
-    if os.environ.get("RIGHTOFWAY_TESTS_NEED_CHROMIUM"):  # set by `make test`
+    if os.environ.get("RIGHTOFWAY_TESTS_NEED_CHROMIUM"):
         pytest.fail(text)
     pytest.skip(text)
 
@@ -51,9 +54,7 @@ def _without_a_browser() -> NoReturn:
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
     """A headless Chromium; per module, as playwright holds asyncio's loop while it runs."""
-    found = program()
-    if found is None:
-        _without_a_browser()
+    found = required_program()
     with sync_playwright() as play:
         browser = play.chromium.launch(
             executable_path=found,

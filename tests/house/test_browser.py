@@ -1,11 +1,10 @@
 """The fixtures of browser.py see what they are to see."""
 
-import subprocess
-import sys
 from pathlib import Path
 
+import browser
+import pytest
 from browser import Visit, accessibility_violations, wider_than_its_window
-from factories.scenarios import ROOT
 
 PAGE = """<!doctype html><html lang="en"><title>A page</title><main><h1>A page</h1>{}</main>"""
 
@@ -57,31 +56,14 @@ def test_a_page_wider_than_a_phone_is_seen(visit: Visit, tmp_path: Path) -> None
     assert wider_than_its_window(page)
 
 
-USES_A_BROWSER = "from browser import *\ndef test_it(chromium): pass\n"
-
-
-def run_without_chromium(folder: Path, **variables: str) -> str:
-    test = folder / "test_one.py"
-    test.write_text(USES_A_BROWSER)
-    here = str(ROOT / "tests")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-rs", "-p", "no:cacheprovider", str(test)],
-        env={"PATH": "", "PYTHONPATH": here, **variables},
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return done.stdout
-
-
-def test_without_a_browser_tests_say_why_they_are_skipped(tmp_path: Path) -> None:
-    said = run_without_chromium(tmp_path)
-    assert "1 skipped" in said
-    assert "no Chromium on this machine" in said
-
-
-def test_where_a_browser_is_needed_its_absence_fails(tmp_path: Path) -> None:
-    said = run_without_chromium(tmp_path, RIGHTOFWAY_TESTS_NEED_CHROMIUM="1")
-    assert "1 error" in said
-    assert "apt-get install chromium" in said
+@pytest.mark.parametrize(
+    ("needed", "ending"), [("", pytest.skip.Exception), ("1", pytest.fail.Exception)]
+)
+def test_without_a_browser_tests_are_skipped_or_fail_where_it_is_needed(
+    monkeypatch: pytest.MonkeyPatch, needed: str, ending: type[BaseException]
+) -> None:
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CHROMIUM", raising=False)
+    monkeypatch.setenv("RIGHTOFWAY_TESTS_NEED_CHROMIUM", needed)
+    with pytest.raises(ending, match=r"no Chromium on this machine.*apt-get install chromium"):
+        browser.required_program()
