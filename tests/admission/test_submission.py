@@ -111,7 +111,8 @@ def test_a_bundle_says_who_made_what_with_which_versions(bundle: Path) -> None:
 def test_a_good_bundle_is_accepted_where_the_controller_is_installed(
     bundle: Path, entrant: Path, tmp_path: Path
 ) -> None:
-    wanted = ("--out", "results", "--fresh", "10")
+    seeds = [word for seed in range(41, 51) for word in ("--fresh-seed", str(seed))]
+    wanted = ("--out", "results", *seeds, "--fresh", "0")
     done = called(tmp_path, "verify", bundle, *wanted, installed=entrant)
     assert (done.returncode, verdicts(done)) == (0, ALL_OK), done.stdout + done.stderr
     assert "entrant?slow=4 (entrant 2.1) by Ada Entrant, MIT" in done.stdout
@@ -300,6 +301,7 @@ def test_a_controller_that_does_otherwise_here_is_not_accepted(
     assert verdicts(done) == ALL_OK | otherwise, done.stdout  # the logs are honest
 
 
+@pytest.mark.slow
 def test_a_controller_that_was_fitted_to_its_seeds_is_found_out(
     entrant: Path, tmp_path: Path
 ) -> None:

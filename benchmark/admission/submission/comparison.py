@@ -44,7 +44,8 @@ class Comparison:
     @property
     def is_suspicious(self) -> bool:
         """Whether it does worse by so much that more seeds should be asked."""
-        return self.speaks_against or self.failing_chance < SMALL or self.chance < SMALL
+        longer = bool(self._matters.any()) and self.chance < SMALL
+        return self.speaks_against or self.failing_chance < SMALL or longer
 
     @property
     def has_seeds(self) -> bool:
@@ -146,7 +147,7 @@ class Comparison:
     @cached_property
     def _matters(self) -> npt.NDArray[np.bool_]:
         """In which cells it waits longer by enough; and, last, whether it does in all together."""
-        longer = [after > RATIO * before for before, after in self._means]
+        longer = [OFFSET + after > RATIO * (OFFSET + before) for before, after in self._means]
         together = self._overall
         return np.array([*longer, bool(together) and together > log(RATIO)])
 
