@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from factories.processes import PATIENCE
 from factories.scenarios import smoke
 from gymnasium import spaces
 from hypothesis import given
@@ -408,7 +409,11 @@ except ControllerError as error:
 
 def test_the_controllers_run_without_the_training_extras_and_the_trainer_asks_for_them() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_EXTRAS], capture_output=True, text=True, check=True
+        [sys.executable, "-c", WITHOUT_EXTRAS],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=PATIENCE,
     )
     first, second, message = done.stdout.splitlines()
     assert (first, second) == ("ok", "ok")

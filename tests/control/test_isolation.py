@@ -226,7 +226,7 @@ def test_of_benchmark_only_what_the_contract_needs_can_be_imported() -> None:
 
 def test_it_is_ended_with_all_that_it_has_started(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        process, "START", "import os, time; [os.fork() for _ in range(2)]; time.sleep(60)"
+        process, "START", "import os, time; [os.fork() for _ in range(2)]; time.sleep(3600)"
     )
     one = process.Process()
     leader = psutil.Process(one._process.pid)
@@ -305,7 +305,9 @@ def test_files_and_modules_run_apart_and_are_not_imported_here(
     reference: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
-    chosen = all_episodes([smoke("tee")], [f"{reference}?greeting=you"], [0.2, 0.5], [1])
+    chosen = all_episodes(
+        [smoke("tee")], [f"{reference}?greeting=you"], [0.2, 0.5], [1], limits=ROOMY
+    )
     low, record = map(run_episode, chosen)
     assert "apart_was_here" not in sys.modules
     assert (record.status, record.weights_hash) == ("ok", "wyou")

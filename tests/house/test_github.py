@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 import yaml
 from factories.comparisons import written
+from factories.processes import PATIENCE
 from factories.records import record
 from factories.scenarios import ROOT, smoke
 
@@ -48,7 +49,7 @@ EVERY = [
 )
 def test_files_follow_githubs_schema(kind: str, paths: list[Path]) -> None:
     checker = [BIN / "check-jsonschema", "--builtin-schema", f"vendor.github-{kind}"]
-    done = subprocess.run([*checker, *paths], capture_output=True, text=True)
+    done = subprocess.run([*checker, *paths], capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -137,6 +138,7 @@ def bash(name: str, work: Path, programs: Path, **given: str) -> subprocess.Comp
         env=kept | own | inputs(name, **given),
         capture_output=True,
         text=True,
+        timeout=PATIENCE,
     )
 
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from factories.processes import PATIENCE
 from factories.scenarios import ROOT
 
 import benchmark
@@ -31,7 +32,11 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
     lines = ["import sys, benchmark", f"print(sorted(set(sys.modules) & {HEAVY!r}))"]
     lines[1:1] = ["from benchmark import Controller, Go, Intersection, TrafficState, Training"]
     done = subprocess.run(
-        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
+        [sys.executable, "-c", "\n".join(lines)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=PATIENCE,
     )
     assert done.stdout.strip() == "[]"
 

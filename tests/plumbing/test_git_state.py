@@ -4,6 +4,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from factories.processes import PATIENCE
 
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.git_state import git_state
@@ -12,7 +13,12 @@ from benchmark.plumbing.git_state import git_state
 def git(folder: Path, *arguments: str) -> str:
     identity = ("-c", "user.name=Test", "-c", "user.email=test@example.org")
     return subprocess.run(
-        ["git", *identity, *arguments], cwd=folder, check=True, capture_output=True, text=True
+        ["git", *identity, *arguments],
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
     ).stdout.strip()
 
 

@@ -3,8 +3,12 @@
 import subprocess
 import sys
 
+from factories.processes import PATIENCE
+
 SCRIPT = """
 import os, signal
+from factories.processes import PATIENCE
+
 from benchmark.plumbing.processes import pool
 
 if __name__ == "__main__":
@@ -20,7 +24,11 @@ if __name__ == "__main__":
 
 def test_workers_do_not_hear_ctrl_c_even_while_they_start() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT], capture_output=True, text=True, start_new_session=True
+        [sys.executable, "-c", SCRIPT],
+        capture_output=True,
+        text=True,
+        start_new_session=True,
+        timeout=PATIENCE,
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split() == ["1"] * 20 + ["True"]
