@@ -7,8 +7,6 @@ from factories.processes import PATIENCE
 
 SCRIPT = """
 import os, signal
-from factories.processes import PATIENCE
-
 from benchmark.plumbing.processes import pool
 
 if __name__ == "__main__":
