@@ -47,7 +47,7 @@ def test_a_draw_that_may_be_chance_is_followed_by_another_and_both_decide(
     check: Callable[..., tuple[str, str, int]],
 ) -> None:
     assert check(draw(2000, 10.0), draw(2010, 90.0))[::2] == ("ok", 1)
-    verdict, words, runs = check(draw(2000, 10.8), draw(2010, 5.0))
+    verdict, words, runs = check(draw(2000, 10.8), draw(2010, 9.4))
     assert (verdict, runs) == ("ok", 2)
     assert words.startswith("20 seeds, as 2000, 2001, 2002; at test/a rate 0.4 waits")
     verdict, words, runs = check(draw(2000, 90.0), draw(2010, 90.0))
