@@ -1,16 +1,25 @@
 """The search for settings of time windows: repeatable, resumable, scored as it says."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 import tomli_w
 from factories.scenarios import DROP, edited
+from factories.training import without_workers
 
 from baselines.time_windows import tune
 from benchmark.learning.settings import Options
 from benchmark.plumbing.errors import UsageError
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _here() -> Iterator[None]:
+    with without_workers(tune):
+        yield
+
 
 SMALL = (
     *("scenarios=['smoke/crossing']", "rates=[0.6]", "reference='traffic-light'", "trials=3"),

@@ -1,6 +1,6 @@
 """Trainings whose episodes are played in this process, which costs less."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager, nullcontext
 from types import ModuleType
@@ -12,9 +12,14 @@ import pytest
 class Workers:
     """Does at once what worker processes would do."""
 
-    def schedule(self, work: Callable[..., Any], args: tuple[Any, ...] = ()) -> "Future[Any]":
+    def schedule(
+        self, work: Callable[..., Any], args: Sequence[Any] = (), timeout: float | None = None
+    ) -> "Future[Any]":
         done: Future[Any] = Future()
-        done.set_result(work(*args))
+        try:
+            done.set_result(work(*args))
+        except Exception as error:
+            done.set_exception(error)
         return done
 
 
