@@ -1,6 +1,8 @@
 """What every installed controller keeps to, and what it can rely on, on every smoke scenario."""
 
 import dataclasses
+from collections.abc import Sequence
+from typing import Any
 
 import libsumo
 import pytest
@@ -28,14 +30,17 @@ def seen(scenario: str, name: str) -> list[TrafficState]:
     return states
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, id=f"{name}-{case}")
+def cases(*scenarios: str, marks: Sequence[pytest.MarkDecorator] = ()) -> list[Any]:
+    return [
+        pytest.param(case, id=f"{name}-{case}", marks=marks)
         for name in CONTROLLERS
-        for case in conformance.conformance_cases(name)
+        for case in conformance.conformance_cases(name, scenarios)
         if case.check not in ("reaches", "repeats-elsewhere")
-    ],
+    ]
+
+
+@pytest.mark.parametrize(
+    "case", [*cases("smoke/asymmetric"), *cases(*SMOKE, marks=[pytest.mark.slow])]
 )
 def test_every_installed_controller_conforms(
     case: conformance.Case, monkeypatch: pytest.MonkeyPatch
