@@ -9,6 +9,7 @@ import pytest
 import tomli_w
 from factories.command_line import rightofway
 from factories.scenarios import smoke
+from factories.workers import without_workers
 
 from benchmark.admission.submission import checks, fresh, manifest, names, verifying
 from benchmark.admission.submission.code import CodeFiles
@@ -168,9 +169,16 @@ class Evil(Controller):
 )
 
 
+@pytest.fixture(scope="module")
+def with_an_option(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bundle that several attacks begin with."""
+    with without_workers():
+        return submitted(tmp_path_factory.mktemp("option"), KEY)
+
+
 @pytest.mark.parametrize("value", ["/etc/hostname", "/", "~/.ssh/id", "../key", "a/../../key"])
-def test_a_manifest_names_no_file_of_the_verifier(tmp_path: Path, value: str) -> None:
-    path = repacked(submitted(tmp_path, KEY), {"name": f"evil.py:Evil?x={value}"})
+def test_a_manifest_names_no_file_of_the_verifier(with_an_option: Path, value: str) -> None:
+    path = repacked(with_an_option, {"name": f"evil.py:Evil?x={value}"})
     result, words = verdict(path, "files")
     assert result == "failed"
     assert f"option x: {value} is no file of the bundle" in words

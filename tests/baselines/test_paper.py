@@ -302,9 +302,10 @@ def test_figures_are_the_same_bytes_again_and_show_every_controller(
     whole: list[Record], tmp_path: Path
 ) -> None:
     places = tmp_path / "once", tmp_path / "again"
+    samples = Samples([record for record in whole if record.seed < 4])
     for place in places:
         place.mkdir()
-        names = figures.write(Samples(whole), place)
+        names = figures.write(samples, place)
     for name in names:
         once, again = ((place / name).read_bytes() for place in places)
         assert once == again

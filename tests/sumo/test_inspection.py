@@ -19,6 +19,11 @@ HALF_TRUCKS = {
 STREAM = {"demand.0.northbound": {"left": 10, "cross": 3000, "right": 10}}
 
 
+@pytest.fixture(autouse=True)
+def _few_routes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inspection, "SEEDS_ROUTED", 2)
+
+
 def findings(changes: dict[str, Any] | None = None) -> list[str]:
     return inspection.inspect(parsed(changes)).findings
 
