@@ -263,7 +263,7 @@ def test_a_suite_with_villains_completes_and_leaves_nothing(
         for deed, status in deeds.items()
         for limits in (QUICK if status == "timed out" else ROOMY,)
     ]
-    records = [record for _, record in LocalPool(2).run(chosen)]
+    records = [record for _, record in LocalPool(len(deeds) // 2).run(chosen)]
     assert {record.controller.partition("deed=")[2]: record.status for record in records} == deeds
     assert not list(tmp_path.iterdir())
 
