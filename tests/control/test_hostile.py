@@ -92,7 +92,6 @@ DEEDS = [
     ("crash", "crashed", "act at 3 s: the controller's process was killed by SIGSEGV"),
     ("hoard", "failed", "act at 3 s raised MemoryError (villain.py:"),
     ("huge-answer", "failed", "MemoryError"),
-    ("garbage", "failed", "act at 3 s: malformed answer: MessagePack data is malformed"),
     ("wrong-answer", "failed", "malformed answer: got Begun, expected Commands"),
     ("hang-up", "crashed", "act at 3 s: the controller's process closed its connection"),
     ("import-libsumo", "failed", "libsumo is out of reach for an isolated controller"),
@@ -108,6 +107,7 @@ LIKE_OTHERS = [
     ("kill-itself", "crashed", "act at 3 s: the controller's process was killed by SIGKILL"),
     ("many-commands", "failed", "act at 3 s: malformed answer: 1488905 bytes; at most 262144"),
     ("long-name", "failed", "act at 3 s: malformed answer: Expected `str` of length <= 200"),
+    ("garbage", "failed", "act at 3 s: malformed answer: MessagePack data is malformed"),
     ("pickle", "failed", "act at 3 s: malformed answer: "),
     ("endless-frame", "failed", "act at 3 s: malformed answer: 4294967295 bytes; at most"),
 ]

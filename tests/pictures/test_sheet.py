@@ -89,12 +89,12 @@ def test_a_png_has_asphalt_and_every_approach_in_its_colour_and_leaves_matplotli
         assert (near < 0.01).sum() > 500, colour
 
 
-def test_the_same_scenario_gives_the_same_bytes(tmp_path: Path) -> None:
-    for suffix in ("svg", "png"):
-        targets = [tmp_path / f"{number}.{suffix}" for number in range(2)]
-        for target in targets:
-            whole.draw(scenario.load_scenario(SMOKE / "tee.toml"), target)
-        assert targets[0].read_bytes() == targets[1].read_bytes()
+@pytest.mark.parametrize("suffix", ["svg", pytest.param("png", marks=pytest.mark.slow)])
+def test_the_same_scenario_gives_the_same_bytes(tmp_path: Path, suffix: str) -> None:
+    targets = [tmp_path / f"{number}.{suffix}" for number in range(2)]
+    for target in targets:
+        whole.draw(scenario.load_scenario(SMOKE / "tee.toml"), target)
+    assert targets[0].read_bytes() == targets[1].read_bytes()
 
 
 @pytest.mark.parametrize("name", ["drawing.pdf", "drawing"])
