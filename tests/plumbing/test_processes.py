@@ -1,9 +1,12 @@
-"""Worker processes: they leave Ctrl-C to their parent."""
+"""Worker processes: they leave Ctrl-C to their parent, and end without a word."""
 
+import signal
 import subprocess
 import sys
 
 from factories.processes import PATIENCE
+
+from benchmark.plumbing.processes import working
 
 SCRIPT = """
 import os, signal
@@ -30,3 +33,9 @@ def test_workers_do_not_hear_ctrl_c_even_while_they_start() -> None:
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split() == ["1"] * 20 + ["True"]
+
+
+def test_sigterm_ends_a_worker_without_python_even_as_it_ends_by_itself() -> None:
+    with working(1) as workers:
+        handler = workers.schedule(signal.getsignal, args=[signal.SIGTERM])
+        assert handler.result(PATIENCE) is signal.SIG_DFL
