@@ -93,7 +93,7 @@ def interrupts_held_back() -> Iterator[None]:
 def _begin(initializer: Callable[..., None] | None, *given: Any) -> None:
     """Prepare a worker: Ctrl-C is not for it, and SIGTERM ends it wherever it is.
 
-    Pebble's own handler of SIGTERM is Python code, which complains where the process is just ending.
+    Pebble's own handler of SIGTERM is Python code, which complains where the process ends anyway.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
