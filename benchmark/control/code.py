@@ -7,6 +7,7 @@ import ast
 import hashlib
 import importlib.util
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -104,6 +105,20 @@ def neighbours(folder: Path) -> list[Path]:
     return [
         path for path in sorted(folder.iterdir()) if path.suffix in NEIGHBOURS and path.is_file()
     ]
+
+
+def imported_from_beside(file: Path) -> list[str]:
+    """The modules and packages of a file's folder that code there may import, by name."""
+    imported: set[str] = set()
+    with suppress(OSError):  # whoever runs the file says so
+        modules = [path for path in neighbours(file.parent) if path.suffix == ".py"]
+        there = {path.stem for path in modules}
+        there |= {path.parent.name for path in file.parent.glob("*/__init__.py")}
+        for path in modules:
+            names = _names_imported(path, path.stem)
+            imported |= there if names is None else {name.partition(".")[0] for name in names}
+        imported &= there
+    return sorted(imported)
 
 
 def digest(files: Iterable[Named]) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from benchmark.control import code
 from benchmark.control.controller import Controller
 from benchmark.plumbing.errors import ControllerError
 from benchmark.plumbing.messages import nearest
@@ -62,10 +63,11 @@ def source(path: Path) -> Source:
     Its module has a name that no import statement can spell, so it stands in nobody's way.
 
     Raises:
-        ControllerError: the file cannot be read or run.
+        ControllerError: the file cannot be read or run, or would be given another one's modules.
     """
     place = path.resolve()
     if place not in _sources:
+        _expect_own_modules(place)
         _sources[place] = _run(place)
     return _sources[place]
 
@@ -73,16 +75,35 @@ def source(path: Path) -> Source:
 _sources: dict[Path, Source] = {}
 
 
+def _expect_own_modules(path: Path) -> None:
+    """Python has one module of a name in a process; a second file would be given the first's."""
+    others = {ran.parent: ran for ran in reversed(_sources) if ran.parent != path.parent}
+    imported = code.imported_from_beside(path) if others else []
+    for name in imported:
+        if other := others.get(_home(sys.modules.get(name))):
+            raise ControllerError(
+                f"{path}: imports {name}, and {other} has imported its own {name} in this process "
+                "already; give one of them another name, or make each a package with "
+                "`rightofway new controller`"
+            )
+
+
+def _home(module: ModuleType | None) -> Path:
+    """The folder from which a module or package was imported."""
+    file = Path(getattr(module, "__file__", None) or "nowhere")
+    return (file.parent if file.name == "__init__.py" else file).parent
+
+
 def _run(path: Path) -> Source:
     try:
-        code = path.read_bytes()
+        content = path.read_bytes()
     except OSError as error:
         raise ControllerError(f"{path}: cannot read the controller: {error.strerror}") from error
     module = ModuleType(f"<{path.name} {_sha256(bytes(path))[:12]}>")
     module.__file__ = str(path)
 
     def run() -> None:
-        exec(compile(code, str(path), "exec", dont_inherit=True), vars(module))  # noqa: S102 - the user named the file to be run
+        exec(compile(content, str(path), "exec", dont_inherit=True), vars(module))  # noqa: S102 - the user named the file to be run
 
     sys.modules[module.__name__] = module  # dataclasses and pickle look it up
     try:
@@ -90,7 +111,7 @@ def _run(path: Path) -> Source:
     except ControllerError:
         del sys.modules[module.__name__]
         raise
-    return Source(module, _sha256(code))
+    return Source(module, _sha256(content))
 
 
 def _imported(title: str, load: Callable[[], Any], file: Path | None = None) -> Any:

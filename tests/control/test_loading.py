@@ -94,6 +94,35 @@ def test_two_files_whose_records_could_not_be_told_apart_are_refused(mine: Path)
     assert len(all_episodes([smoke("tee")], names, [0.5], [1])) == 2
 
 
+FROM_BESIDE = """import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import beside_of_mine
+from baselines.virtual_signal import VirtualSignal
+
+
+class Mine(VirtualSignal):
+    folder = beside_of_mine.folder
+"""
+
+
+def test_a_file_is_not_given_the_modules_beside_another_one(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "beside_of_mine.py").write_text(f"folder = {folder!r}\n")
+    first, same, other = (tmp_path / name for name in ("a/one.py", "a/two.py", "b/one.py"))
+    for file in (first, same, other):
+        file.write_text(FROM_BESIDE)
+    for file in (first, same):
+        assert plugins.load_class(f"{file}:Mine").folder == "a"  # type: ignore[attr-defined]
+    words = f"{other}: imports beside_of_mine, and {first} has imported its own"
+    with pytest.raises(ControllerError, match=re.escape(words)):
+        plugins.load_class(f"{other}:Mine")
+    other.write_text(MINE)  # it imports nothing from beside it
+    assert plugins.load_class(f"{other}:Mine").__name__ == "Mine"
+
+
 BROKEN = {
     "syntax.py": "class Mine(:\n    pass\n",
     "name.py": "import os\n\nx = undefined\n",
