@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from factories import leftovers
 from factories.processes import PATIENCE
 from factories.scenarios import ROOT
 from hypothesis import settings
@@ -33,6 +34,13 @@ def _cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         base = base.parent
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RIGHTOFWAY_CACHE", str(base / "rightofway-cache"))
+        yield
+
+
+@pytest.fixture(autouse=True)
+def _leftovers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """No test's outcome depends on what another has left behind in this process."""
+    with leftovers.put_back(tmp_path_factory.getbasetemp()):
         yield
 
 
