@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import threading
+import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -60,19 +61,18 @@ def test_records_are_those_of_this_process_bit_for_bit(dask: LocalCluster) -> No
     assert [record.episode for _, record in found] == [episode.key for episode, _ in found]
 
 
+@pytest.mark.parametrize("isolate", [True, False])
 def test_a_controllers_file_travels_and_keeps_its_name_and_hash(
-    dask: LocalCluster, tmp_path: Path
+    dask: LocalCluster, tmp_path: Path, isolate: bool
 ) -> None:
-    file = tmp_path / "mine.py"
-    (tmp_path / "helper.py").write_text("from baselines.virtual_signal import VirtualSignal\n")
-    file.write_text(
-        "import sys; from pathlib import Path\n"
-        "sys.path.append(str(Path(__file__).parent))\n"
-        "import helper\nclass Mine(helper.VirtualSignal):\n    pass\n"
-    )
-    episode = Episode(smoke("crossing"), f"{file}:Mine?green=10", 0.5, 1)
+    """What lies beside it travels too: a module where it is not isolated, and weights."""
+    file, beside = tmp_path / "mine.py", f"beside_{uuid.uuid4().hex}"
+    (tmp_path / f"{beside}.py").write_text("from baselines.virtual_signal import VirtualSignal\n")
+    (tmp_path / "mine.npy").write_bytes(b"10")
+    file.write_text(BESIDE.format(module="baselines.virtual_signal" if isolate else beside))
+    episode = Episode(smoke("crossing"), f"{file}:Mine?green=7", 0.5, 1, isolate=isolate)
     expected = run_episode(episode)
-    assert expected.status == "ok"
+    assert (expected.status, expected.reason) == ("ok", None)
 
     @contextmanager
     def elsewhere() -> Iterator[Client]:
@@ -83,6 +83,21 @@ def test_a_controllers_file_travels_and_keeps_its_name_and_hash(
     (found,) = Cluster(elsewhere).run([episode])
     assert lines([found[1]]) == lines([expected])
     assert str(found[1].controller_from).startswith("mine.py sha256:")
+
+
+BESIDE = """
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.append(str(HERE))
+from {module} import VirtualSignal
+
+
+class Mine(VirtualSignal):
+    def __init__(self, green: float):
+        super().__init__(green + int((HERE / "mine.npy").read_text()))
+"""
 
 
 def test_what_is_too_large_to_travel_is_refused(tmp_path: Path) -> None:
