@@ -76,7 +76,7 @@ class Record(Entry):
     seed: int
     status: Literal["ok", "failed", "crashed", "timed out", "skipped"]
     reason: Words | None = Field(None, description="why it is not ok")
-    rules: Literal["signals", "robot vehicles"] | None = None
+    rules: Literal["signals", "stop signs", "robot vehicles"] | None = None
     arbitration: Literal["flexible", "own"] | None = None
     scenario_hash: Words
     network_hash: str | None = None
@@ -106,6 +106,10 @@ class Record(Entry):
         """Whether the episode should have had figures and has none."""
         return self.status not in ("ok", "skipped")
 
-    def line(self) -> str:
-        """The record as a line of JSON."""
-        return self.model_dump_json(by_alias=True) + "\n"
+    def line(self, as_read: bool = False) -> str:
+        """The record as a line of JSON.
+
+        Args:
+            as_read: leave out what its file did not have.
+        """
+        return self.model_dump_json(by_alias=True, exclude_unset=as_read) + "\n"

@@ -147,6 +147,8 @@ class Store:
     def rewrite(self, change: Callable[[Record], Record]) -> None:
         """Change records where they stand; each file whole or not at all.
 
+        Fields that a file does not have, of versions after it, are not added.
+
         Raises:
             StoreError: the disk refuses, or a file is packed.
         """
@@ -154,7 +156,7 @@ class Store:
             if files.is_packed(path):
                 raise StoreError(f"{path}: packed; only records in JSON Lines can be changed")
         for path in self._files():
-            lines = [change(_parse(*line)).line() for line in self._lines(path)]
+            lines = [change(_parse(*line)).line(as_read=True) for line in self._lines(path)]
             refusing = writing(path, "records", StoreError, "the old ones are whole")
             with refusing, replaced(path) as draft:
                 draft.write_text("".join(lines), encoding="utf-8")

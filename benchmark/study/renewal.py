@@ -14,7 +14,7 @@ from benchmark.control.training import Training
 from benchmark.records.record import Record
 from benchmark.study.episode import Episode
 from benchmark.study.executor import Executor
-from benchmark.study.rescoring import differences
+from benchmark.study.rescoring import contradictions
 
 Key = tuple[str, str, str, float | None, int]  # ``Record.episode``
 Place = tuple[str, str, str, float | None]
@@ -89,7 +89,7 @@ def renew(
             place, before = episode.key[:4], newest[episode.key]
             trained_on[place] = again.trained_on
             unsaid = {"trained_on"} if before.trained_on is None else set()
-            if changes := differences(before, again, MADE_BY | unsaid):
+            if changes := contradictions(before, again, MADE_BY | unsaid):
                 differing.setdefault(place, []).append(changes[0])
             advance(episode, again)
     identities = {

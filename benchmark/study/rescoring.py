@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmark.control.guard import Local
 from benchmark.plumbing.errors import ActionLogError
+from benchmark.plumbing.models import Entry
 from benchmark.records.record import Record
 from benchmark.scenario import catalogue
 from benchmark.study import action_log
@@ -113,6 +114,29 @@ def differences(
     """
     first, second = (record.model_dump(exclude=VARIES | besides) for record in (original, again))
     return list(_differing(first, second, ""))
+
+
+def contradictions(
+    earlier: Record, again: Record, besides: AbstractSet[str] = frozenset()
+) -> list[str]:
+    """As ``differences``, but only of fields that the earlier record's file has.
+
+    Args:
+        earlier: as it was read, perhaps written by a version that knew fewer fields.
+        again: the same episode, run by today's code.
+        besides: fields that may differ besides ``VARIES``.
+    """
+    first, second = (_said(earlier, record, VARIES | besides) for record in (earlier, again))
+    return list(_differing(first, second, ""))
+
+
+def _said(earlier: object, record: object, besides: AbstractSet[str] = frozenset()) -> object:
+    if isinstance(earlier, Entry) and isinstance(record, Entry):
+        names = earlier.model_fields_set - besides
+        return {name: _said(getattr(earlier, name), getattr(record, name)) for name in names}
+    if isinstance(earlier, dict) and isinstance(record, dict):
+        return {key: _said(earlier.get(key), value) for key, value in record.items()}
+    return record
 
 
 def _differing(first: object, second: object, path: str) -> Iterator[str]:

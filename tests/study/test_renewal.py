@@ -1,5 +1,6 @@
 """Records of earlier code count for today's where a sample comes out equal, and only there."""
 
+import json
 import random
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from benchmark.records.store import Store
 from benchmark.study.episode import Episode, run_episode
 from benchmark.study.pool import LocalPool
 from benchmark.study.renewal import renew, sample_of
+from benchmark.study.rescoring import contradictions, differences
 
 EPISODES = [
     Episode(smoke("tee"), controller, rate, seed)
@@ -70,3 +72,31 @@ def test_records_are_changed_where_they_stand(records: list[Record], tmp_path: P
         store.compact()
     with pytest.raises(StoreError, match="packed; only records in JSON Lines can be changed"):
         store.rewrite(lambda record: record)
+
+
+def test_fields_that_came_later_are_neither_compared_nor_added(
+    records: list[Record], tmp_path: Path
+) -> None:
+    document = json.loads(records[2].line())
+    del document["arbitration"]
+    (tmp_path / "records").mkdir()
+    (tmp_path / "records" / "tee.jsonl").write_text(json.dumps(document) + "\n")
+    store = Store(tmp_path)
+    (earlier,) = store.read()
+    assert differences(earlier, records[2]) == ["arbitration: None there, flexible now"]
+    assert contradictions(earlier, records[2]) == []
+    assert contradictions(earlier, records[3])[0].startswith("seed: 1 there, 2 now")
+    with store.writing():
+        store.rewrite(lambda record: record.model_copy(update={"identity": "f" * 64}))
+    (line,) = (tmp_path / "records" / "tee.jsonl").read_text().splitlines()
+    assert json.loads(line) == {**document, "identity": "f" * 64}
+
+
+def test_what_movements_waited_is_compared_also_where_a_movement_came_later(
+    records: list[Record],
+) -> None:
+    junction = records[2].junctions["intersection"]
+    fewer = dict(list(junction.waiting_by_movement.items())[1:])
+    changed = junction.model_copy(update={"waiting_by_movement": fewer})
+    earlier = records[2].model_copy(update={"junctions": {"intersection": changed}})
+    assert len(contradictions(earlier, records[2])) == 1
