@@ -77,8 +77,12 @@ class Controller(ABC):
     for reasons beyond these.
     """
 
-    rules: ClassVar[Literal["signals", "robot vehicles"]] = "robot vehicles"
-    """What rules the intersection: lights on, or lights dark (every light shows G)."""
+    rules: ClassVar[Literal["signals", "stop signs", "robot vehicles"]] = "robot vehicles"
+    """What rules the intersection: lights on; stop signs in their place; or lights dark (every
+    light shows G).
+
+    Stop signs are for all approaches but those that the scenario gives priority.
+    """
 
     arbitration: ClassVar[Literal["flexible", "own"]] = "flexible"
     """Whether Go passes Wang's conflict arbitration, or the controller brings its own."""

@@ -3,15 +3,15 @@
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from numbers import Real
-from typing import Literal, Self
+from typing import Literal, Self, get_args
 
 from benchmark.control import reference as naming
 from benchmark.control.controller import Controller
 from benchmark.control.intersection import Intersection
 
-Rules = Literal["signals", "robot vehicles"]
+Rules = Literal["signals", "stop signs", "robot vehicles"]
 Arbitration = Literal["flexible", "own"]
-CHOICES = {"rules": ("signals", "robot vehicles"), "arbitration": ("flexible", "own")}
+CHOICES = {"rules": get_args(Rules), "arbitration": get_args(Arbitration)}
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Declaration:
 
     @property
     def arbitrated(self) -> Arbitration | None:
-        """Who arbitrates conflicts; None where signals do."""
+        """Who arbitrates conflicts; None where signals or signs do."""
         return self.arbitration if self.rules == "robot vehicles" else None
 
     def unmet(self, intersections: Collection[Intersection], rate: float | None) -> str | None:
@@ -70,6 +70,8 @@ class Declaration:
     def _parts(self) -> Iterator[str]:
         if self.rules == "signals":
             yield "lights on"
+        elif self.rules == "stop signs":
+            yield "stop signs"
         else:
             yield f"lights dark, {self.arbitration} arbitration"
         yield f"{self._span()} RVs" if self.needs_robot_vehicles else "commands no vehicle"
@@ -84,7 +86,8 @@ def mistake(kind: type[Controller]) -> str | None:
     """What is wrong with a controller's declarations; None if nothing is."""
     for key, choices in CHOICES.items():
         if (value := getattr(kind, key)) not in choices:
-            return f'{key} = {value!r}; expected "{choices[0]}" or "{choices[1]}"'
+            *others, last = (f'"{choice}"' for choice in choices)
+            return f"{key} = {value!r}; expected {', '.join(others)} or {last}"
     if not _is_span(kind.rates):
         return f"rates = {kind.rates!r}; expected the least and the greatest, as in (0.4, 1.0)"
     if kind.approaches is not None and not _are_counts(kind.approaches):

@@ -31,7 +31,7 @@ class Row:
     scenario_hash: str
     rate: float | None  # None: no rate was run, only controllers that command no vehicle
     controller: str
-    rules: str  # "lights", or the arbitration
+    rules: str  # "lights", "stop signs", or the arbitration
     figures: dict[str, Estimate]
     difference: Estimate | None  # headline minus the reference's, paired by seed
     marks: tuple[str, ...] = ()

@@ -90,7 +90,7 @@ class Group:
     scenario_hash: str
     controller: str
     rate: float | None
-    rules: str  # what rules: lights, or the arbitration
+    rules: str  # what rules: lights, stop signs, or the arbitration
     count: int  # of its episodes
     others: bool  # whether some are not ok
     trains: bool  # whether the controller was trained on some
@@ -210,6 +210,8 @@ def _groups(table: "polars.DataFrame") -> Iterator[Group]:
             *(first(name) for name in NAMES),
             when(col("rules").filter(says).first() == "signals")
             .then(polars.lit("lights"))
+            .when(col("rules").filter(says).first() == "stop signs")
+            .then(polars.lit("stop signs"))
             .otherwise(arbitration.fill_null("?"))
             .alias("rules"),
             col("record").n_unique().alias("count"),

@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
 
 from benchmark.plumbing.models import Share, Table
 
@@ -41,6 +41,17 @@ class Zones(Table):
     speed_cap: PositiveFloat | None = Field(
         None, description="No vehicle drives faster [m/s]; leave out for none."
     )
+    priority: tuple[str, ...] = Field(
+        (),
+        description="Approaches that have priority where stop signs rule; the others stop. Without "
+        "it all stop.",
+        examples=[["northbound", "southbound"]],
+    )
+
+    @field_validator("priority")
+    @classmethod
+    def _sorted(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(sorted(set(names)))
 
     @model_validator(mode="after")
     def _zones_nest(self) -> Self:

@@ -88,7 +88,11 @@ class Scenario(Table):
                 "tags": True,
                 "sources": True,
                 "evaluation": {"penetration_rates", "seeds"},
-                "intersection": {"latitude", "longitude"},
+                "intersection": {
+                    "latitude",
+                    "longitude",
+                    *(() if self.intersection.priority else ("priority",)),
+                },
                 "signal": {"maximum_gap"} if self.signal and self.signal.kind == "fixed" else set(),
             },
         )
@@ -175,7 +179,8 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _lanes_match_counts(self) -> Self:
-        for problem in (*self._road_problems(), *self._signal_problems()):
+        problems = (*self._road_problems(), *self._priority_problems(), *self._signal_problems())
+        for problem in problems:
             raise ValueError(problem)
         return self
 
@@ -206,6 +211,20 @@ class Scenario(Table):
         for turn in sorted(served):
             if self.approaches.exit_leg(name, turn) is None:
                 yield f'approaches.{name}.lanes: turn "{turn}" leads to no road'
+
+    def _priority_problems(self) -> Iterator[str]:
+        names, priority = self.approaches.names(), self.intersection.priority
+        for name in priority:
+            if name not in names:
+                yield (
+                    f'intersection.priority: there is no approach "{name}"; '
+                    f"expected some of {', '.join(names)}"
+                )
+        if set(priority) >= set(names):
+            yield (
+                "intersection.priority: names every approach, so nobody would stop; "
+                "leave out those that stop"
+            )
 
     def _signal_problems(self) -> Iterator[str]:
         if self.signal is None:

@@ -70,7 +70,7 @@ class _Guess:
             self._vehicles[scenario.hash] = _vehicles(scenario)
         if controller not in self._signals:
             declaration = declaration_of(controller, episode.isolate, episode.limits)
-            self._signals[controller] = declaration.rules == "signals"
+            self._signals[controller] = declaration.rules != "robot vehicles"
         jams = 1 + JAMS / max(episode.rate or 0.0, FEWEST)
         pace = SIGNALS if self._signals[controller] else ROBOTS * jams
         return self._vehicles[scenario.hash] * pace

@@ -168,6 +168,7 @@ def world_of(episode: Episode, decider: Decider, *, window: bool = False) -> Wor
         episode.seed,
         controller=episode.label,
         programs=decider.programs,
+        stop_signs=decider.declaration.rules == "stop signs",
         arbitration=decider.declaration.arbitrated or "own",
         window=window,
     )

@@ -52,40 +52,52 @@ def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
 
 
 def read_junction(
-    network: Any, light: Any, ruled: Ruled, step: float, slip_roads: Collection[str] = ()
+    network: Any, name: str, ruled: Ruled, step: float, slip_roads: Collection[str] = ()
 ) -> Junction:
-    """The junction that a traffic light rules.
+    """The junction that a traffic light rules, or stop signs.
 
     Args:
         network: as sumolib reads it, with what lies inside junctions.
-        light: one of its traffic lights.
+        name: the id of one of its traffic lights, or of a junction without one.
         ruled: what the scenario says of the junction.
         step: simulated time between two calls of a controller [s].
         slip_roads: incoming edges whose right turns leave by a slip lane.
     """
-    return _Reader(network, light, ruled, step, slip_roads).junction()
+    return _Reader(network, name, ruled, step, slip_roads).junction()
 
 
 class _Reader:
     """Reads one junction: everything from connections, foes and shapes, nothing from names."""
 
     def __init__(
-        self, network: Any, light: Any, ruled: Ruled, step: float, slip_roads: Collection[str]
+        self, network: Any, name: str, ruled: Ruled, step: float, slip_roads: Collection[str]
     ) -> None:
-        self.network, self.light, self.ruled, self.step = network, light, ruled, step
+        self.network, self.name, self.ruled, self.step = network, name, ruled, step
         self.slip_roads = slip_roads
-        self.links = self._connections()
+        lit = any(light.getID() == name for light in network.getTrafficLights())
+        self.links = self._lit_connections() if lit else self._signed_connections()
         self.names = self._movement_names()
 
-    def _connections(self) -> dict[int, Any]:
+    def _lit_connections(self) -> dict[int, Any]:
         """The connections that the light rules, by their place in its state."""
         links = {}
-        for source, target, index in self.light.getConnections():
+        for source, target, index in self.network.getTLS(self.name).getConnections():
             links[index] = next(
                 connection
                 for connection in source.getOutgoing()
-                if connection.getToLane() is target and connection.getTLSID() == self.light.getID()
+                if connection.getToLane() is target and connection.getTLSID() == self.name
             )
+        return dict(sorted(links.items()))
+
+    def _signed_connections(self) -> dict[int, Any]:
+        """The connections through a junction without a light, by their place in its matrix."""
+        links = {
+            connection.getJunctionIndex(): connection
+            for edge in self.network.getNode(self.name).getIncoming()
+            if edge.getFunction() != "internal"
+            for connections in edge.getOutgoing().values()
+            for connection in connections
+        }
         return dict(sorted(links.items()))
 
     def _movement_names(self) -> dict[tuple[str, str], str]:
@@ -107,7 +119,7 @@ class _Reader:
         movements = self._movements()
         zones, signal = self.ruled.zones, self.ruled.signal
         intersection = Intersection(
-            id=self.light.getID(),
+            id=self.name,
             control_zone=zones.control_zone,
             decision_zone=zones.decision_zone,
             step=self.step,

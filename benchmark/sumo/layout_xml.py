@@ -15,19 +15,23 @@ CENTRE = "intersection"
 TAPER = 100.0  # m behind the intersection after which surplus exit lanes end
 
 
-def plain_xml(scenario: Scenario, setbacks: Mapping[str, float]) -> dict[str, str]:
+def plain_xml(
+    scenario: Scenario, setbacks: Mapping[str, float], *, stop_signs: bool = False
+) -> dict[str, str]:
     """The input of netconvert: nodes, edges and connections.
 
     Args:
         scenario: where the geometry comes from.
         setbacks: how far netconvert pulls each approach's entrance back from the centre [m], so
             that lengths can be measured from the entrance; empty on the first pass.
+        stop_signs: whether stop signs stand where the lights would.
     """
-    nodes = [f'<node id="{CENTRE}" x="0" y="0" type="traffic_light"/>']
+    kind = _stop_signs(scenario) if stop_signs else 'type="traffic_light"'
+    nodes = [f'<node id="{CENTRE}" x="0" y="0" {kind}/>']
     edges: list[str] = []
     connections: list[str] = []
     for name, approach in scenario.approaches.items():
-        leg = _Leg(scenario, name, approach, setbacks.get(name, 0.0))
+        leg = _Leg(scenario, name, approach, setbacks.get(name, 0.0), stop_signs)
         nodes += leg.nodes()
         edges += leg.edges()
         connections += [*leg.lanes_into_bay(), *leg.lanes_after_exit(), *leg.ways_through()]
@@ -36,6 +40,13 @@ def plain_xml(scenario: Scenario, setbacks: Mapping[str, float]) -> dict[str, st
         "net.edg.xml": _document("edges", edges),
         "net.con.xml": _document("connections", connections),
     }
+
+
+def _stop_signs(scenario: Scenario) -> str:
+    """The centre's type in SUMO's words: all stop, or all but the approaches with priority."""
+    if scenario.intersection.priority:
+        return 'type="priority_stop" rightOfWay="edgePriority"'
+    return 'type="allway_stop"'
 
 
 def _document(root: str, lines: list[str]) -> str:
@@ -54,8 +65,16 @@ def _opposite(approach: str) -> str:
 class _Leg:
     """One leg in plain XML: the approach that arrives on it and the exit that leaves on it."""
 
-    def __init__(self, scenario: Scenario, name: str, approach: Approach, setback: float) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        name: str,
+        approach: Approach,
+        setback: float,
+        stop_signs: bool = False,
+    ) -> None:
         self.scenario, self.name, self.approach, self.setback = scenario, name, approach, setback
+        self.stop_signs = stop_signs
         self.lanes = approach.lane_turns
         self.upstream = approach.upstream_lanes or len(self.lanes)
         self.onward = getattr(scenario.approaches, _opposite(name))  # arrives on the other side
@@ -98,14 +117,23 @@ class _Leg:
         edges = []
         if self.approach.has_bay:
             edges.append(_edge(self.entry, f"{name}.far", f"{name}.bay", self.upstream, limit))
-            edges.append(_edge(name, f"{name}.bay", CENTRE, len(self.lanes), limit))
+            edges.append(
+                _edge(name, f"{name}.bay", CENTRE, len(self.lanes), limit, self._priority())
+            )
         else:
-            edges.append(_edge(name, f"{name}.far", CENTRE, len(self.lanes), limit))
+            edges.append(
+                _edge(name, f"{name}.far", CENTRE, len(self.lanes), limit, self._priority())
+            )
         end = f"{name}.taper" if self.tapers else f"{name}.far"
         edges.append(_edge(self.exit, CENTRE, end, self.receiving, exit_limit))
         if self.tapers:
             edges.append(_edge(f"{self.exit}.far", end, f"{name}.far", self.exit_lanes, exit_limit))
         return edges
+
+    def _priority(self) -> str:
+        """What the road says of its priority at the centre, in netconvert's words."""
+        has_it = self.stop_signs and self.name in self.scenario.intersection.priority
+        return ' priority="1"' if has_it else ""
 
     def lanes_into_bay(self) -> Iterator[str]:
         """Right-turn lanes leave the kerb lane, left-turn lanes the innermost, the rest spread."""
@@ -153,15 +181,15 @@ class _Leg:
 
     def _filters(self) -> bool:
         """Whether a phase of the signal permits this approach's left turn."""
-        signal = self.scenario.signal
+        signal = None if self.stop_signs else self.scenario.signal
         left = f"{LETTERS[self.name]}-L"
         return signal is not None and any(left in phase.permitted for phase in signal.phases)
 
 
-def _edge(name: str, start: str, end: str, lanes: int, limit: float) -> str:
+def _edge(name: str, start: str, end: str, lanes: int, limit: float, extra: str = "") -> str:
     return (
         f"<edge id={quoteattr(name)} from={quoteattr(start)} to={quoteattr(end)} "
-        f'numLanes="{lanes}" speed="{limit}"/>'
+        f'numLanes="{lanes}" speed="{limit}"{extra}/>'
     )
 
 

@@ -23,6 +23,7 @@ class Network:
     path: Path
     hash: str  # SHA-256 of the file
     junctions: Mapping[str, Junction]  # that controllers rule, by id
+    has_lights: bool = True  # at them; stop signs stand elsewhere
 
     @property
     def intersections(self) -> list[Intersection]:
@@ -30,31 +31,36 @@ class Network:
         return [junction.intersection for junction in self.junctions.values()]
 
 
-def build_network(scenario: Scenario) -> Network:
+def build_network(scenario: Scenario, *, stop_signs: bool = False) -> Network:
     """The scenario's network, from the cache where it was built before.
+
+    Args:
+        scenario: where.
+        stop_signs: whether stop signs stand where the lights would; roads are the same.
 
     Raises:
         NetworkError: netconvert refuses it, or it does not have the movements of the scenario.
     """
-    if (known := _built.get(scenario.hash)) is None:
-        known = _built[scenario.hash] = _build(scenario)
+    if (known := _built.get((scenario.hash, stop_signs))) is None:
+        known = _built[scenario.hash, stop_signs] = _build(scenario, stop_signs)
     return known
 
 
-_built: dict[str, Network] = {}  # by the scenario's hash; one process meets few scenarios
+_built: dict[tuple[str, bool], Network] = {}  # by the scenario's hash; a process meets few
 
 
-def _build(scenario: Scenario) -> Network:
-    first = plain_xml(scenario, setbacks={})
+def _build(scenario: Scenario, stop_signs: bool) -> Network:
+    first = plain_xml(scenario, setbacks={}, stop_signs=stop_signs)
     sources = [Path(file).read_bytes() for file in (__file__, plain_xml.__code__.co_filename)]
     key = tools.digest(tools.sumo_version(), *sources, *OPTIONS, *first.values())
 
     def make(folder: Path) -> None:
         setbacks = _setbacks(_netconvert(folder, first), scenario)
-        _netconvert(folder, plain_xml(scenario, setbacks))
+        _netconvert(folder, plain_xml(scenario, setbacks, stop_signs=stop_signs))
 
     path = tools.cached("networks", key, make) / "net.xml"
-    network = Network(path, tools.digest(path.read_bytes()), _read(path, scenario))
+    junctions = _read(path, scenario)
+    network = Network(path, tools.digest(path.read_bytes()), junctions, not stop_signs)
     _same_movements(scenario, network)
     return network
 
@@ -96,7 +102,7 @@ def _read(path: Path, scenario: Scenario) -> dict[str, Junction]:
     network, step = open_network(path), scenario.evaluation.step
     slips = {name for name, approach in scenario.approaches.items() if approach.slip_lane}
     return {
-        name: read_junction(network, network.getTLS(name), ruled, step, slips)
+        name: read_junction(network, name, ruled, step, slips)
         for name, ruled in sorted(scenario.junctions.items())
     }
 

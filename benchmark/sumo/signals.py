@@ -60,10 +60,10 @@ def program_xml(programs: Mapping[str, Signal], network: Network) -> str:
     Args:
         programs: by junction; the lights of the others are dark (every light shows G, as in Wang's
             code).
-        network: whose lights are set.
+        network: whose lights are set, if it has any.
     """
     lines = ["<additional>"]
-    for light, junction in network.junctions.items():
+    for light, junction in network.junctions.items() if network.has_lights else ():
         signal = programs.get(light)
         if signal is None:
             dark = "G" * _width(junction)

@@ -52,6 +52,7 @@ class World:
         seed: of demand, drivers and RVs.
         controller: who decides, for messages.
         programs: of the lights, by junction; elsewhere they are dark.
+        stop_signs: whether stop signs stand in the place of lights.
         arbitration: whether Go commands pass the flexible arbitration.
         window: show the run in sumo-gui.
 
@@ -67,12 +68,15 @@ class World:
         *,
         controller: str,
         programs: Mapping[str, Signal] = MappingProxyType({}),
+        stop_signs: bool = False,
         arbitration: Literal["flexible", "own"] = "flexible",
         window: bool = False,
     ) -> None:
         self.scenario, self.rate, self.seed = scenario, rate, seed
-        self.network: Network = network.build_network(scenario)
-        self.routes: Routes = demand.build_routes(scenario, self.network, seed)
+        self.network: Network = network.build_network(scenario, stop_signs=stop_signs)
+        # drawn on one network for all, so that every controller meets the same vehicles
+        dark = network.build_network(scenario)
+        self.routes: Routes = demand.build_routes(scenario, dark, seed)
         signals.check_programs(scenario, programs, self.network)
         self.sites = {
             name: self._site(junction, programs.get(name), controller, arbitration)

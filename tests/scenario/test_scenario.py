@@ -130,6 +130,17 @@ MISTAKES: list[tuple[dict[str, Any], str, list[str]]] = [
     ({"tags": [DAY]}, "tags[0]", ["2026-01-01"]),
     ({f"{NORTH}.heading": DAY}, f"{NORTH}.heading", ["2026-01-01"]),
     ({"demand.0.begin": datetime.time(8)}, "demand[0].begin", ["08:00:00"]),
+    # priority
+    (
+        {"intersection.priority": ["north"]},
+        "intersection.priority",
+        ['"north"', "northbound, eastbound, southbound, westbound"],
+    ),
+    (
+        {"intersection.priority": list(COMPASS)},
+        "intersection.priority",
+        ["nobody would stop", "leave out"],
+    ),
     # lanes
     ({f"{NORTH}.lanes": "R Q L"}, f"{NORTH}.lanes", ['"Q" in "R Q L"', "use R, C or L"]),
     ({f"{NORTH}.lanes": "L C R"}, f"{NORTH}.lanes", ['"L C R"', "from kerb to centre"]),
@@ -268,7 +279,14 @@ ANYTHING = st.recursive(
 )
 PLACES = [
     *("schema", "title", "tags", "evaluation", "evaluation.seeds", "intersection", "approaches"),
-    *(NORTH, f"{NORTH}.heading", f"{NORTH}.lanes", f"{NORTH}.bay", f"{NORTH}.exit_lanes"),
+    *(
+        "intersection.priority",
+        NORTH,
+        f"{NORTH}.heading",
+        f"{NORTH}.lanes",
+        f"{NORTH}.bay",
+        f"{NORTH}.exit_lanes",
+    ),
     *("demand", "demand.0", "demand.0.begin", "demand.0.eastbound", "demand.0.eastbound.left"),
     *("vehicles", "vehicles.car", "vehicles.car.share", "vehicles.bus", DRIVER, f"{DRIVER}.model"),
     *("signal", "signal.yellow", "signal.phases", "signal.phases.0", "signal.phases.0.permitted"),
@@ -336,6 +354,7 @@ def test_lanes_from_the_centre_to_the_kerb_are_refused(tokens: list[str]) -> Non
         {"signal.kind": "fixed", "signal.yellow": 4, "signal.all_red": 1},
         {"signal.maximum_gap": 2.0},
         {"intersection.latitude": 38.9, "intersection.longitude": -104.7},
+        {"intersection.priority": []},
         {"signal.phases.0.movements": ["S-L", "N-L", "S-L"]},
         {"signal.phases.0.permitted": [], "signal.phases.0.minimum_green": 5},
     ],
@@ -353,6 +372,8 @@ DIFFERENT = [
     {"intersection.control_zone": 80},
     {"intersection.decision_zone": 20},
     {"intersection.speed_cap": DROP},
+    {"intersection.priority": ["northbound", "southbound"]},
+    {"intersection.priority": ["eastbound", "westbound"]},
     {f"{NORTH}.heading": 5},
     {f"{NORTH}.length": 120},
     {f"{NORTH}.bay": 60},

@@ -65,7 +65,10 @@ def test_an_unknown_controller_is_refused_before_anything_runs() -> None:
     ("name", "reason"),
     [
         ("exits-on-import", "cannot be imported: SystemExit: set HOSTILE_HOME first"),
-        ("misspells-rules", 'rules = \'signal\'; expected "signals" or "robot vehicles"'),
+        (
+            "misspells-rules",
+            'rules = \'signal\'; expected "signals", "stop signs" or "robot vehicles"',
+        ),
         ("no-controller", "is not a benchmark.control.controller.Controller"),
     ],
 )

@@ -170,6 +170,22 @@ def test_a_scenario_builds_the_same_network_in_a_fresh_cache(
     assert (fresh.hash, fresh.junctions) == (before.hash, before.junctions)
 
 
+@pytest.mark.parametrize("name", SHIPPED)
+def test_stop_signs_stand_on_the_same_roads(name: str) -> None:
+    lit, signed = network_of(name), network.build_network(shipped(name), stop_signs=True)
+    (with_lights,), (with_signs,) = lit.intersections, signed.intersections
+    assert with_signs.lanes == with_lights.lanes
+    for movement, other in zip(
+        with_signs.movements.values(), with_lights.movements.values(), strict=True
+    ):
+        assert (movement.id, movement.conflicts) == (other.id, other.conflicts)
+        ends = [(way.lane, way.exit_lane, way.shape[0], way.shape[-1]) for way in movement.ways]
+        assert ends == [
+            (way.lane, way.exit_lane, way.shape[0], way.shape[-1]) for way in other.ways
+        ]
+    assert lit.hash != signed.hash
+
+
 def test_another_scenario_builds_another_network() -> None:
     assert len({network_of(name).hash for name in SHIPPED}) == len(SHIPPED)
 

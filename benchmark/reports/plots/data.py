@@ -62,7 +62,7 @@ class Data:
         run = {cell.rate for cell in here if cell.rate is not None}
         self.rates = sorted(run.intersection(wish.rates) if wish.rates else run)
         groups = [cell.sample.group for cell in here]
-        lights = {group.controller for group in groups if group.rules == "lights"}
+        lights = {group.controller for group in groups if group.rules in ("lights", "stop signs")}
         self.signals = sorted(lights, key=lambda name: (name != REFERENCE, name))
         others = sorted({group.controller for group in groups} - lights)
         asked = _chosen("controller", wish.controllers, [*others, *self.signals])
