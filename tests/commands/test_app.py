@@ -1,4 +1,4 @@
-"""The installed command as users meet it: a subprocess in a folder of its own."""
+"""The command as users meet it: what it prints, writes and refuses."""
 
 import csv
 import io
@@ -7,13 +7,15 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 import tomli_w
+from factories.command_line import rightofway
 from factories.processes import PATIENCE, without_sumo
 from factories.scenarios import ROOT, SCENARIOS, SHIPPED, SMOKE, edited
+from factories.workers import without_workers
 from plugins import install
 
 from benchmark import __version__
@@ -26,18 +28,13 @@ Command = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def command(tmp_path: Path) -> Command:
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Command:
     """Runs the command in the test's folder, without a screen."""
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
 
-    def run(*arguments: str | Path, **variables: str | Path) -> subprocess.CompletedProcess[str]:
-        kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-        environment = kept | {k: str(v) for k, v in variables.items()}
-        path = (variables.get("PYTHONPATH"), os.environ.get("PYTHONPATH"))
-        environment["PYTHONPATH"] = os.pathsep.join(str(one) for one in path if one)
-        whole = [str(COMMAND), *map(str, arguments)]
-        return subprocess.run(
-            whole, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=PATIENCE
-        )
+    def run(*words: str | Path, **variables: str | Path) -> subprocess.CompletedProcess[str]:
+        return rightofway(tmp_path, *words, **variables)
 
     return run
 
@@ -56,13 +53,24 @@ def records(folder: Path) -> list[dict[str, object]]:
     ]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A results folder of the small study."""
     folder = tmp_path_factory.mktemp("results")
-    done = subprocess.run([COMMAND, *study("--out", str(folder))], capture_output=True, text=True)
+    with without_workers():
+        done = rightofway(folder, *study("--out", str(folder)))
     assert done.returncode == 0, done.stderr
     return folder
+
+
+def test_the_installed_command_says_what_the_one_in_this_process_says(command: Command) -> None:
+    for words in (["--version"], ["run", "smoke/crosing"]):
+        installed = subprocess.run(
+            [COMMAND, *words], capture_output=True, text=True, timeout=PATIENCE
+        )
+        here = command(*words)
+        assert (installed.returncode, installed.stdout) == (here.returncode, here.stdout)
+        assert installed.stderr.split() == here.stderr.split()
 
 
 def test_version_names_the_benchmark_and_sumo(command: Command) -> None:
@@ -70,7 +78,7 @@ def test_version_names_the_benchmark_and_sumo(command: Command) -> None:
 
 
 def test_list_shows_every_scenario_and_controller(command: Command) -> None:
-    done = command("list", COLUMNS="200")
+    done = command("list")
     assert done.returncode == 0
     words = [line.split()[0] for line in done.stdout.splitlines()]
     assert {*SHIPPED, *plugins.discovered()} <= set(words)
@@ -83,10 +91,10 @@ def test_check_finds_nothing_wrong_with_good_scenarios(command: Command) -> None
 
 
 def test_check_finds_nothing_wrong_with_a_good_controller(command: Command) -> None:
-    chosen = ("first-come", "traffic-light", "--scenario", "tee", "--scenario", "asymmetric")
-    done = command("check", "controller", *chosen, COLUMNS="200")
+    chosen = ("first-come", "traffic-light", "--scenario", "tee")
+    done = command("check", "controller", *chosen)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.count("18 passed\n") == 2
+    assert done.stdout.count("10 passed\n") == 2
     (line,) = (one for one in done.stdout.splitlines() if "lights on; commands no vehicle" in one)
     assert "declares" in line
 
@@ -95,12 +103,12 @@ def test_check_shows_a_broken_promise_with_what_to_do_and_ends_in_exit_code_1(
     command: Command,
 ) -> None:
     unruly = ROOT / "tests" / "plugins" / "unruly.py"
-    done = command("check", "controller", f"{unruly}:FourOnly", COLUMNS="200")
+    done = command("check", "controller", f"{unruly}:FourOnly")
     assert (done.returncode, done.stderr) == (0, "")
     assert "18 passed, 8 skipped\n" in done.stdout
     assert "skipped │ it needs 4 approaches, and the scenario has 3" in done.stdout
     chosen = (f"{unruly}:Remembers", f"{unruly}:Tame")
-    done = command("check", "controller", *chosen, "--scenario", "tee", COLUMNS="250")
+    done = command("check", "controller", *chosen, "--scenario", "tee")
     assert (done.returncode, done.stderr) == (1, "")
     assert "9 passed, 1 failed\n" in done.stdout
     assert "10 passed\n" in done.stdout
@@ -171,10 +179,11 @@ def test_run_writes_one_record_per_episode_and_the_leaderboard(results: Path) ->
     assert "virtual-signal" in (results / "leaderboard.csv").read_text()
 
 
+@pytest.mark.usefixtures("without_workers")
 def test_seeds_counts_from_one_and_every_controller_runs_by_default(
     command: Command, tmp_path: Path
 ) -> None:
-    done = command("run", "smoke/crossing", "--seeds", "2", "--workers", "1")
+    done = command("run", "smoke/tee", "--seeds", "2")
     assert done.returncode == 0, done.stderr
     found = {(one["controller"], one["seed"]) for one in records(tmp_path / "out")}
     assert found == {(name, seed) for name in plugins.discovered() for seed in (1, 2)}
@@ -195,28 +204,38 @@ def test_running_again_appends_and_leaves_the_leaderboard_as_it_is(
 BOARDS = ("LEADERBOARD.md", "leaderboard.csv")
 
 
-@pytest.fixture
-def no_sumo(tmp_path: Path) -> Path:
-    return without_sumo(tmp_path / "no-sumo")
+LINES = """
+import sys
+from benchmark.commands.app import main
+for line in sys.argv[1:]:
+    sys.argv = ["rightofway", *line.split()]
+    try:
+        main()
+    except SystemExit as end:
+        print(f"<{end.code}>", end="", flush=True)
+"""
+"""A script that runs one command for each of its arguments."""
 
 
-def test_the_leaderboard_comes_in_every_format_without_sumo(
-    command: Command, results: Path, no_sumo: Path
-) -> None:
-    assert command("check", "crossing", PYTHONPATH=no_sumo).returncode != 0  # the shim works
-
-    def show(*options: str) -> str:
-        done = command("leaderboard", "--records", results, *options, PYTHONPATH=no_sumo)
-        assert (done.returncode, done.stderr) == (0, "")
-        return done.stdout
-
-    assert "traffic-light" in show()
-    assert show("--format", "md") == (results / "LEADERBOARD.md").read_text()
-    table = list(csv.DictReader(io.StringIO(show("--format", "csv"))))
-    rows = json.loads(show("--format", "json"))
-    latex = show("--format", "latex")
-    assert [one["controller"] for one in table] == [one["controller"] for one in rows]
-    assert len(rows) == 4  # the signal stands at both rates
+def test_the_leaderboard_comes_in_every_format_without_sumo(results: Path, tmp_path: Path) -> None:
+    path = os.pathsep.join([str(without_sumo(tmp_path / "no-sumo")), *sys.path])
+    board = f"leaderboard --records {results}"
+    formats = [f"{board} --format {form}" for form in ("md", "csv", "json", "latex")]
+    done = subprocess.run(
+        [sys.executable, "-c", LINES, board, *formats, "check crossing"],
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert " is not here" in done.stderr  # the shim works: the last command needs SUMO
+    shown, md, table, rows, latex, last = done.stdout.split("<0>")
+    assert last == ""
+    assert "traffic-light" in shown
+    assert md == (results / "LEADERBOARD.md").read_text()
+    names = [row["controller"] for row in csv.DictReader(io.StringIO(table))]
+    assert names == [row["controller"] for row in json.loads(rows)]
+    assert len(names) == 4  # the signal stands at both rates
     assert r"\begin{tabular}" in latex
     assert r"\end{tabular}" in latex
 
@@ -252,13 +271,15 @@ def test_the_command_answers_at_once(argument: str) -> None:
         "try: main()\n"
         f"finally: print(*sorted({SLOW} & set(sys.modules)), file=sys.stderr)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE
+    )
     assert (done.returncode, done.stderr) == (0, "\n")
 
 
 def test_without_arguments_it_says_what_it_can_do(command: Command) -> None:
     done = command()
-    assert "Usage: rightofway" in done.stdout + done.stderr
+    assert "rightofway [OPTIONS] COMMAND" in done.stdout + done.stderr
     assert "leaderboard" in done.stdout + done.stderr
 
 
@@ -376,7 +397,9 @@ def test_what_the_system_refuses_is_one_message(command: Command, tmp_path: Path
     assert "Traceback" not in done.stderr
     with Path("/dev/full").open("w") as full:  # a disk without room behind >
         line = [COMMAND, "schema"]
-        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+        done = subprocess.run(
+            line, stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE
+        )
     assert (done.returncode, done.stderr) == (2, "error: No space left on device\n")
 
 
@@ -399,17 +422,21 @@ def test_a_cache_that_cannot_be_written_is_named_with_the_variable(
 
 
 @pytest.fixture
-def hostile(tmp_path: Path) -> Path:
-    """A folder for PYTHONPATH with the hostile controllers."""
-    return install(tmp_path / "site")
+def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The hostile controllers are installed, here and in worker processes."""
+    monkeypatch.syspath_prepend(install(tmp_path / "site"))
+    plugins.discovered.cache_clear()
+    yield
+    plugins.discovered.cache_clear()
 
 
+@pytest.mark.usefixtures("hostile")
 def test_a_controller_that_raises_costs_only_its_episodes_and_ends_in_exit_code_1(
-    command: Command, tmp_path: Path, hostile: Path
+    command: Command, tmp_path: Path
 ) -> None:
     names = ("raises-in-act", "crashes", "virtual-signal", "traffic-light")
     chosen = [part for name in names for part in ("--controller", name)]
-    done = command("run", "smoke/tee", *chosen, "--seeds", "1", PYTHONPATH=hostile)
+    done = command("run", "smoke/tee", *chosen, "--seeds", "1", "--workers", "1")
     assert done.returncode == 1
     assert "Traceback" not in done.stderr
     found = {one["controller"]: one for one in records(tmp_path / "out")}
@@ -423,15 +450,17 @@ def test_a_controller_that_raises_costs_only_its_episodes_and_ends_in_exit_code_
     assert "virtual-signal" in done.stdout
 
 
-def test_refused_commands_are_reported_and_are_no_failure(command: Command, hostile: Path) -> None:
+@pytest.mark.usefixtures("hostile", "without_workers")
+def test_refused_commands_are_reported_and_are_no_failure(command: Command) -> None:
     chosen = ("--controller", "commands-humans", "--seeds", "1")
-    done = command("run", "smoke/tee", *chosen, PYTHONPATH=hostile)
+    done = command("run", "smoke/tee", *chosen)
     assert done.returncode == 0
     assert "commands-humans: Go refused: the vehicle is not an RV" in done.stderr
 
 
-def test_list_says_which_controllers_are_broken_and_why(command: Command, hostile: Path) -> None:
-    done = command("list", COLUMNS="250", PYTHONPATH=hostile)
+@pytest.mark.usefixtures("hostile")
+def test_list_says_which_controllers_are_broken_and_why(command: Command) -> None:
+    done = command("list")
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line.split()[0]: line for line in done.stdout.splitlines()}
     assert "broken" in lines["no-controller"]

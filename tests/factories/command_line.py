@@ -11,8 +11,16 @@ import pytest
 from benchmark.commands.app import main
 
 
-def rightofway(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command in a folder, without the cost of a process."""
+def rightofway(
+    folder: Path, *words: str | Path, **variables: str | Path
+) -> subprocess.CompletedProcess[str]:
+    """Run the command in a folder, without the cost of a process.
+
+    Args:
+        folder: the current one meanwhile.
+        words: of the command.
+        variables: of the environment.
+    """
     arguments = [*map(str, words)]
     out, err = io.StringIO(), io.StringIO()
     with (
@@ -21,7 +29,8 @@ def rightofway(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[
         redirect_stderr(err),
     ):
         patch.chdir(folder)
-        patch.setenv("COLUMNS", "200")
+        for name, value in {"COLUMNS": "250", **variables}.items():
+            patch.setenv(name, str(value))
         patch.setattr(sys, "argv", ["rightofway", *arguments])
         with pytest.raises(SystemExit) as end:
             main()
