@@ -17,8 +17,9 @@ from baselines.hierarchical.tuned import HierarchicalTuned
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.learning.observation import Numbers
 from benchmark.learning.rollout import Played, Trajectory
-from benchmark.learning.traffic import GRIDLOCK_AFTER, Traffic
+from benchmark.learning.traffic import Traffic
 from benchmark.scenario.scenario import Scenario
+from benchmark.world.gridlock import GRIDLOCK_AFTER
 
 KINDS: Mapping[str, type[Hierarchy]] = {
     kind.NAME: kind for kind in (Hierarchical, HierarchicalTuned)

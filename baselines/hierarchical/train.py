@@ -22,8 +22,8 @@ from benchmark.learning.rollout import Played
 from benchmark.learning.rounds import LearnerSettings, Rounds, RunSettings, SpacesOnly
 from benchmark.learning.run import Start
 from benchmark.learning.settings import Options
-from benchmark.learning.traffic import GRIDLOCK_AFTER
 from benchmark.learning.weights import Arrays
+from benchmark.world.gridlock import GRIDLOCK_AFTER
 
 
 class PPOSettings(LearnerSettings):

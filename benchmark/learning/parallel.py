@@ -9,10 +9,11 @@ from pettingzoo import ParallelEnv
 
 from benchmark.control.training import FIRST_TRAINING_SEED
 from benchmark.learning.observation import Layout, Numbers, size
-from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
+from benchmark.learning.traffic import Moment, Reward, Traffic, checked
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
+from benchmark.world.gridlock import GRIDLOCK_AFTER
 
 Agent = str
 

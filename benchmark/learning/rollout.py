@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmark.learning.observation import Layout, Numbers
-from benchmark.learning.traffic import GRIDLOCK_AFTER, Moment, Reward, Traffic
+from benchmark.learning.traffic import Moment, Reward, Traffic
 from benchmark.plumbing.processes import end, pool
 from benchmark.scenario.scenario import Scenario
+from benchmark.world.gridlock import GRIDLOCK_AFTER
 
 Actions = npt.NDArray[np.int64]
 

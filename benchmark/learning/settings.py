@@ -10,10 +10,10 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BaseModel, Field, PositiveFloat, ValidationError
 
 from benchmark.control.training import VALIDATION_SEEDS
-from benchmark.learning.traffic import GRIDLOCK_AFTER
 from benchmark.plumbing.errors import UsageError
 from benchmark.plumbing.messages import explain
 from benchmark.plumbing.models import Share, Table
+from benchmark.world.gridlock import GRIDLOCK_AFTER
 
 Reference = Annotated[str, Field(min_length=1)]
 

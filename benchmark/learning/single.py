@@ -10,10 +10,11 @@ from gymnasium import spaces
 from benchmark.control.training import FIRST_TRAINING_SEED
 from benchmark.learning.observation import Layout, Numbers, size
 from benchmark.learning.rollout import Policy
-from benchmark.learning.traffic import GO, GRIDLOCK_AFTER, Moment, Reward, Traffic, checked
+from benchmark.learning.traffic import GO, Moment, Reward, Traffic, checked
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
+from benchmark.world.gridlock import GRIDLOCK_AFTER
 
 ID = "RightOfWay/GoStop-v0"
 """The environment's id: ``gymnasium.make(f"benchmark.learning.single:{ID}")``."""

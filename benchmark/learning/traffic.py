@@ -19,13 +19,12 @@ from benchmark.plumbing.errors import ScenarioError, UsageError
 from benchmark.scenario.scenario import Scenario
 from benchmark.sumo import demand
 from benchmark.sumo.junction import movement_of
+from benchmark.world.gridlock import GRIDLOCK_AFTER, GridlockWatch
 from benchmark.world.rules import Orders
 from benchmark.world.world import World
 
 STOP, GO = 0, 1
 """The actions."""
-
-GRIDLOCK_AFTER = 90.0  # s in which nobody enters although some stand
 
 
 def checked(action: object, whose: str) -> int:
@@ -88,8 +87,7 @@ class Traffic:
         layout: of the observation.
         reward: what decisions earn.
         arbitration: whether Go commands pass the flexible arbitration.
-        gridlock_after: time without any regulated vehicle entering, while some stand, after which
-            the episode counts as gridlocked [s].
+        gridlock_after: after how long it is one, as ``GridlockWatch`` says [s].
 
     Raises:
         UsageError: the rate is no share, or there is no such layout.
@@ -115,8 +113,7 @@ class Traffic:
             raise ScenarioError(f"{scenario.name}: training needs a scenario with one junction")
         ((self._name, self._site),) = self.world.sites.items()
         self._observer = Observer(self.intersection, layout)
-        self._gridlock_after = gridlock_after
-        self._entered_at, self._inside = 0.0, frozenset[str]()
+        self._gridlock = GridlockWatch(self.intersection, gridlock_after)
 
     @property
     def intersection(self) -> Intersection:
@@ -192,13 +189,13 @@ class Traffic:
         orders = self._site.rules.decide(self.state, commands)
         self.world.carry_out(self._name, orders, self.state.time)
         self.state = self.world.step()[self._name]
-        self._watch_entries()
+        self._gridlock.see(self.state)
         return orders
 
     @property
     def gridlocked(self) -> bool:
         """Whether nobody has entered the intersection for long."""
-        return self.state.time - self._entered_at > self._gridlock_after
+        return self._gridlock.gridlocked
 
     def _own(self, state: TrafficState, movement: str, action: int) -> float:
         waiting = min(1.0, state.movements[movement].waiting / self.reward.longest_wait)
@@ -209,16 +206,6 @@ class Traffic:
             return 0.0
         standing = sum(vehicle.speed < STATIONARY for vehicle in self.state.vehicles)
         return -self.reward.team * standing
-
-    def _watch_entries(self) -> None:
-        regulated = self.intersection.regulated_movements
-        inside = frozenset(
-            crossing.id for crossing in self.state.inside if crossing.movement in regulated
-        )
-        standing = any(vehicle.speed < STATIONARY for vehicle in self.state.vehicles)
-        if inside - self._inside or not standing:
-            self._entered_at = self.state.time
-        self._inside = inside
 
     def _moment(self, followed: Mapping[str, Decision], team: float) -> Moment:
         egos = self.state.deciding

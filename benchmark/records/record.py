@@ -38,6 +38,12 @@ class JunctionMetrics(Entry):
     go_held_back: int
     refused_commands: int
     refusals: tuple[Words, ...] = Field(description="the most frequent reasons")
+    first_gridlock: float | None = Field(
+        None, description="when it began [s]; null without one, and in older records"
+    )
+    gridlock_exposure: float | None = Field(
+        None, description="in which one could have begun [s]; null in older records"
+    )
 
 
 class TripMetrics(Entry):

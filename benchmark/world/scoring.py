@@ -8,6 +8,7 @@ from benchmark.records.record import JunctionMetrics
 from benchmark.scenario.evaluation import Evaluation
 from benchmark.sumo.junction import Junction
 from benchmark.world import metrics
+from benchmark.world.gridlock import GridlockWatch
 from benchmark.world.rules import Rules
 from benchmark.world.tracking import Log
 
@@ -15,7 +16,7 @@ REASONS_KEPT = 5  # kinds of refused commands named in a record
 
 
 def junction_metrics(
-    evaluation: Evaluation, junction: Junction, log: Log, rules: Rules
+    evaluation: Evaluation, junction: Junction, log: Log, rules: Rules, gridlock: GridlockWatch
 ) -> JunctionMetrics:
     """The figures of one junction in one episode.
 
@@ -24,6 +25,7 @@ def junction_metrics(
         junction: where.
         log: who was in its control zone.
         rules: what they refused and held back.
+        gridlock: whether it locked up.
     """
     seen = Sights.of(junction, log)
     steps, start = seen.steps, metrics.window_start(log.times, evaluation.warm_up)
@@ -56,6 +58,8 @@ def junction_metrics(
         go_held_back=rules.held_back,
         refused_commands=rules.refusals.total(),
         refusals=tuple(f"{reason} ({count} times)" for reason, count in reasons),
+        first_gridlock=gridlock.first,
+        gridlock_exposure=gridlock.exposure,
     )
 
 

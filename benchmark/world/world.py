@@ -20,6 +20,7 @@ from benchmark.sumo.network import Network
 from benchmark.sumo.signals import PhaseSwitch
 from benchmark.sumo.simulation import Simulation
 from benchmark.world import metrics
+from benchmark.world.gridlock import GridlockWatch, gridlock_after
 from benchmark.world.onlooker import Newcomer, Onlooker
 from benchmark.world.rules import Orders, Rules
 from benchmark.world.scoring import junction_metrics
@@ -33,6 +34,7 @@ class Site:
     junction: Junction
     tracker: Tracker
     rules: Rules
+    gridlock: GridlockWatch
     switch: PhaseSwitch | None
     held_back: frozenset[str] = frozenset()
 
@@ -110,6 +112,7 @@ class World:
             rules=Rules(
                 junction.intersection, controller, arbitration, lights_on=signal is not None
             ),
+            gridlock=GridlockWatch(junction.intersection, gridlock_after(signal)),
             switch=PhaseSwitch(signal, junction) if signal else None,
         )
 
@@ -180,7 +183,9 @@ class World:
             site.held_back,
         )
         phase = site.switch.phase if site.switch else None
-        return TrafficState(site.junction.intersection, time, vehicles, inside, phase)
+        state = TrafficState(site.junction.intersection, time, vehicles, inside, phase)
+        site.gridlock.see(state)
+        return state
 
     def carry_out(self, name: str, orders: Orders, time: float) -> None:
         """Hand a junction's orders for the next step to the simulation."""
@@ -201,7 +206,9 @@ class World:
         """The figures of each junction so far."""
         evaluation = self.scenario.evaluation
         return {
-            name: junction_metrics(evaluation, site.junction, site.tracker.log, site.rules)
+            name: junction_metrics(
+                evaluation, site.junction, site.tracker.log, site.rules, site.gridlock
+            )
             for name, site in self.sites.items()
         }
 

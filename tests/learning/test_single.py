@@ -11,6 +11,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_for_sb3
 from benchmark.learning.single import ID, GoStopEnv
 from benchmark.learning.traffic import GO, STOP
 from benchmark.plumbing.errors import UsageError
+from benchmark.world.gridlock import GridlockWatch
 
 
 def test_the_single_environment_passes_the_checks_of_gymnasium_and_stable_baselines() -> None:
@@ -80,8 +81,9 @@ def test_traffics_that_no_rv_comes_to_are_passed_over(single: Callable[..., GoSt
         assert info["vehicle"]
 
 
-def test_a_gridlock_time_that_leaves_no_episode_is_refused(
-    single: Callable[..., GoStopEnv],
+def test_traffics_that_gridlock_before_anybody_decides_are_refused(
+    single: Callable[..., GoStopEnv], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(GridlockWatch, "gridlocked", property(lambda _: True))
     with pytest.raises(UsageError, match="a later gridlock_after"):
-        single(gridlock_after=0.5).reset()
+        single().reset()
