@@ -1,4 +1,4 @@
-"""Training by the real command: it repeats, resumes exactly, refuses nonsense, and learns."""
+"""Training by the command: it repeats, resumes exactly, refuses nonsense, and learns."""
 
 import json
 import os
@@ -7,17 +7,20 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from factories.command_line import rightofway
 from factories.processes import PATIENCE, heard
 from factories.scenarios import smoke
+from factories.training import without_workers
 from safetensors.numpy import load_file
 
 from baselines.wang.policy import Greedy
+from baselines.wang.train import QLearning
+from benchmark.learning import rounds
 from benchmark.learning.folder import Folder
 from benchmark.learning.rollout import Rollout, play
 from benchmark.learning.settings import Options
@@ -26,13 +29,15 @@ from benchmark.plumbing.models import Table
 from benchmark.records.statistics import estimates
 
 COMMAND = str(Path(sys.executable).parent / "rightofway")
+STEPS = 1500
 TINY = (
-    *("--scenario", "smoke/crossing", "--rate", "0.7", "--steps", "8000"),
+    *("--scenario", "smoke/crossing", "--rate", "0.7", "--steps", str(STEPS)),
     *(
         part
         for change in (
-            *("learner.hidden=[32]", "learner.atoms=1", "traffic.duration=120", "traffic.seeds=5"),
-            *("validation.rounds=2", "validation.seeds=1", "validation.rates=[0.7]"),
+            *("learner.hidden=[16]", "learner.atoms=1", "traffic.duration=60", "traffic.seeds=5"),
+            *("traffic.episodes=2", "validation.rounds=2", "validation.seeds=1"),
+            "validation.rates=[0.7]",
         )
         for part in ("--set", change)
     ),
@@ -40,6 +45,7 @@ TINY = (
 
 
 def started(out: Path, *arguments: str, name: str = "wang") -> subprocess.Popen[str]:
+    """The command under way, in a process group of its own."""
     return subprocess.Popen(
         [COMMAND, "train", name, "--out", str(out), *arguments],
         stdout=subprocess.PIPE,
@@ -50,10 +56,10 @@ def started(out: Path, *arguments: str, name: str = "wang") -> subprocess.Popen[
 
 
 def train(out: Path, *arguments: str, name: str = "wang") -> tuple[int, str]:
-    """Run the command; its exit code and what it said."""
-    process = started(out, *arguments, name=name)
-    _, said = process.communicate(timeout=PATIENCE)
-    return process.returncode, said
+    """Run the command, without processes that play; its exit code and what it said."""
+    with without_workers(rounds):
+        done = rightofway(Path(), "train", name, "--out", out, *arguments)
+    return done.returncode, done.stderr
 
 
 def manifest(out: Path) -> dict[str, Any]:
@@ -65,7 +71,7 @@ def manifest(out: Path) -> dict[str, Any]:
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run that was never disturbed."""
     out = tmp_path_factory.mktemp("training") / "run"
-    code, said = train(out, *TINY, "--workers", "1")
+    code, said = train(out, *TINY)
     assert code == 0, said
     return out
 
@@ -75,49 +81,61 @@ def test_a_run_leaves_weights_manifest_checkpoint_and_logs(finished: Path) -> No
     assert held["name"] == "wang"
     assert held["seed"] == 1
     assert held["finished"] is True
-    assert held["settings"]["learner"]["hidden"] == [32]
+    assert held["settings"]["learner"]["hidden"] == [16]
     assert held["settings"]["traffic"]["scenarios"] == ["smoke/crossing"]
     assert held["wall_time"] > 0
     assert held["command"][:3] == ["rightofway", "train", "wang"]
     assert {"torch", "stable-baselines3", "rightofway"} <= held["versions"].keys()
     assert len(held["code"]) == 64
-    assert len(held["validated"]) >= 2
-    assert load_file(finished / "weights.safetensors")["trunk.0.weight"].shape == (32, 97)
+    assert len(held["validated"]) >= 3
+    assert load_file(finished / "weights.safetensors")["trunk.0.weight"].shape == (16, 97)
     assert list((finished / "logs").glob("events.out.tfevents.*"))
 
 
 def test_the_same_seed_gives_the_same_weights_however_many_workers(
     finished: Path, tmp_path: Path
 ) -> None:
-    assert train(tmp_path / "two", *TINY, "--workers", "2")[0] == 0
+    two = rightofway(tmp_path, "train", "wang", "--out", "two", *TINY, "--workers", "2")
+    assert two.returncode == 0, two.stderr
     assert manifest(tmp_path / "two")["digest"] == manifest(finished)["digest"]
     assert train(tmp_path / "other", *TINY, "--seed", "2")[0] == 0
     assert manifest(tmp_path / "other")["digest"] != manifest(finished)["digest"]
 
 
-def rounds(process: subprocess.Popen[str], out: Path) -> Iterator[int]:
-    """The number of rounds that the log shows, again and again."""
-    log = out / "logs" / "progress.csv"
-    while process.poll() is None:
-        yield max(0, len(log.read_text().splitlines()) - 1) if log.exists() else 0
-        time.sleep(0.02)
+@pytest.fixture
+def in_round(monkeypatch: pytest.MonkeyPatch) -> Callable[[int, Callable[[], object]], None]:
+    """Lets something happen once, while a run learns from a round."""
+    learn = QLearning._learn
+
+    def arrange(number: int, happen: Callable[[], object]) -> None:
+        left = [happen]
+
+        def disturbed(self: QLearning, played: Any, before: int) -> Any:
+            if self.course.round == number and left:
+                left.pop()()
+            return learn(self, played, before)
+
+        monkeypatch.setattr(QLearning, "_learn", disturbed)
+
+    return arrange
 
 
-def wait_for(process: subprocess.Popen[str], out: Path, wanted: int) -> None:
-    assert any(count >= wanted for count in rounds(process, out)), process.communicate()
+InRound = Callable[[int, Callable[[], object]], None]
+
+
+def ctrl_c() -> None:
+    signal.raise_signal(signal.SIGINT)
 
 
 def test_a_run_that_was_interrupted_goes_on_exactly_where_it_stopped(
-    finished: Path, tmp_path: Path
+    finished: Path, tmp_path: Path, in_round: InRound
 ) -> None:
-    process = started(tmp_path / "run", *TINY)
-    wait_for(process, tmp_path / "run", 1)
-    os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
+    in_round(3, ctrl_c)
+    code, said = train(tmp_path / "run", *TINY)
+    assert code == 130
     assert "stopping after this round" in said
     assert "continue with --resume" in said
-    assert manifest(tmp_path / "run")["decisions"] < 8000
+    assert manifest(tmp_path / "run")["decisions"] < STEPS
     logs = tmp_path / "run" / "logs"
     before = (logs / "progress.csv").read_bytes()
     code, said = train(tmp_path / "run", *TINY, "--resume")
@@ -127,17 +145,68 @@ def test_a_run_that_was_interrupted_goes_on_exactly_where_it_stopped(
     assert manifest(tmp_path / "run")["digest"] == manifest(finished)["digest"]
 
 
-def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint(
-    finished: Path, tmp_path: Path
+class PowerCutError(BaseException):
+    """Nothing in the program expects it, nor gets to do anything more."""
+
+
+def power_cut() -> None:
+    raise PowerCutError
+
+
+def test_a_run_that_broke_off_goes_on_from_its_last_checkpoint(
+    finished: Path, tmp_path: Path, in_round: InRound
 ) -> None:
-    out = tmp_path / "run"
-    process = started(out, *TINY)
-    wait_for(process, out, 3)
-    os.killpg(process.pid, signal.SIGKILL)
-    process.communicate(timeout=PATIENCE)
-    assert (out / "checkpoint.pt").exists()
-    assert train(out, *TINY, "--resume")[0] == 0
-    assert manifest(out)["digest"] == manifest(finished)["digest"]
+    in_round(4, power_cut)
+    with pytest.raises(PowerCutError):
+        train(tmp_path / "run", *TINY)
+    assert manifest(tmp_path / "run")["round"] == 2
+    assert train(tmp_path / "run", *TINY, "--resume")[0] == 0
+    assert manifest(tmp_path / "run")["digest"] == manifest(finished)["digest"]
+
+
+def test_a_second_interrupt_stops_at_once(tmp_path: Path, in_round: InRound) -> None:
+    def twice() -> None:
+        ctrl_c()
+        ctrl_c()
+
+    in_round(1, twice)
+    code, said = train(tmp_path / "run", *TINY)
+    assert code == 130
+    assert "stopping after this round; Ctrl-C again stops at once" in said
+    assert "continue with --resume" not in said  # as it says where the round was finished
+    assert not (tmp_path / "run" / "checkpoint.pt").exists()
+
+
+def rounds_of(process: subprocess.Popen[str], out: Path) -> Iterator[int]:
+    """The number of rounds that the log shows, again and again."""
+    log, deadline = out / "logs" / "progress.csv", time.monotonic() + PATIENCE
+    while process.poll() is None and time.monotonic() < deadline:
+        yield max(0, len(log.read_text().splitlines()) - 1) if log.exists() else 0
+        time.sleep(0.02)
+
+
+def wait_for(process: subprocess.Popen[str], out: Path, wanted: int) -> None:
+    assert any(count >= wanted for count in rounds_of(process, out)), process.communicate()
+
+
+LONG = (*TINY, "--steps", "20000")
+"""Seconds in which a signal is sure to fall."""
+
+
+@pytest.mark.slow
+def test_a_real_process_that_is_interrupted_or_killed_goes_on_exactly(tmp_path: Path) -> None:
+    assert train(tmp_path / "whole", *LONG)[0] == 0
+    for number, code in ((signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)):
+        out = tmp_path / number.name
+        process = started(out, *LONG)
+        wait_for(process, out, 3)
+        os.killpg(process.pid, number)
+        process.communicate(timeout=PATIENCE)
+        assert process.returncode == code
+        assert (out / "checkpoint.pt").exists()
+        assert manifest(out)["decisions"] < 20_000
+        assert train(out, *LONG, "--resume")[0] == 0
+        assert manifest(out)["digest"] == manifest(tmp_path / "whole")["digest"]
 
 
 SLOW = (
@@ -154,17 +223,20 @@ SLOW = (
 """Rounds that take many seconds, so that two signals are sure to fall within one."""
 
 
-def test_a_second_interrupt_stops_at_once(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_a_second_interrupt_stops_a_real_process_with_its_workers_at_once(tmp_path: Path) -> None:
     process = started(tmp_path / "run", *SLOW)
-    while not (tmp_path / "run" / "logs" / "progress.csv").exists():  # until signals are heard
+    log, deadline = tmp_path / "run" / "logs" / "progress.csv", time.monotonic() + PATIENCE
+    while not log.exists():  # until signals are heard
         assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGINT)
     said = heard(process, "stopping after this round")
     os.killpg(process.pid, signal.SIGINT)
     said += process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 130
-    assert "continue with --resume" not in said  # as it says where the round was finished
+    assert "continue with --resume" not in said
     assert "Traceback" not in said
     assert not (tmp_path / "run" / "checkpoint.pt").exists()
 
@@ -280,6 +352,7 @@ def test_an_unknown_name_suggests_the_nearest(tmp_path: Path) -> None:
     assert (code, said) == (2, 'error: nothing trains "wong"; did you mean "wang"?\n')
 
 
+@pytest.mark.slow
 def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path: Path) -> None:
     settings = (
         *("learner.hidden=[64,64]", "learner.atoms=1", "learner.discount=0.9"),
@@ -296,7 +369,7 @@ def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path:
         "--rate",
         "0.7",
         "--steps",
-        "6000",
+        "12000",
         *changes,
     )
     assert code == 0, said
@@ -313,5 +386,4 @@ def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path:
         differences.append(learnt.average_waiting_time - random.average_waiting_time)
     (found,) = estimates([differences])
     assert found.excludes_zero
-    assert found.mean < 0
-    assert np.mean(differences) < -1
+    assert found.mean < -1.0  # s; random decisions wait 3.6 s
