@@ -1,22 +1,18 @@
 """What ``rightofway run`` runs: what a suite says, and what the command line adds."""
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from factories.processes import PATIENCE
+from factories.command_line import rightofway
 from factories.suites import written
+
+pytestmark = pytest.mark.usefixtures("without_workers")
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    program = Path(sys.executable).parent / "rightofway"
-    whole = [program, "run", *arguments]
-    return subprocess.run(
-        whole, cwd=folder, env=os.environ, capture_output=True, text=True, timeout=PATIENCE
-    )
+    return rightofway(folder, "run", *arguments)
 
 
 def episodes(folder: Path) -> set[tuple[str, str, float | None, int]]:

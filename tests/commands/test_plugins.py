@@ -1,13 +1,12 @@
-"""Subcommands of plugins by the real command."""
+"""Subcommands of plugins."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-
-COMMAND = str(Path(sys.executable).parent / "rightofway")
+from factories.command_line import rightofway
+from factories.processes import PATIENCE
 
 PLUGIN = '''
 import typer
@@ -19,8 +18,8 @@ def greet(name: str) -> None:
 
 
 @pytest.fixture
-def installed(tmp_path: Path) -> Path:
-    """A folder with a plugin, as an installer leaves it."""
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a plugin, as an installer leaves it, on the path."""
     (tmp_path / "greetings.py").write_text(PLUGIN)
     about = tmp_path / "greetings-1.0.dist-info"
     about.mkdir()
@@ -29,40 +28,31 @@ def installed(tmp_path: Path) -> Path:
         "[rightofway.commands]\n"
         "greet = greetings:greet\nlist = greetings:greet\nlost = greetings.nowhere:lost\n"
     )
+    monkeypatch.syspath_prepend(tmp_path)
     return tmp_path
 
 
-def ran(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [COMMAND, *arguments],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(folder)},
-        check=False,
-    )
-
-
 def test_a_plugins_subcommand_runs_and_stands_in_the_help(installed: Path) -> None:
-    assert ran(installed, "greet", "Ada").stdout == "hello, Ada\n"
-    lines = [line.split() for line in ran(installed, "--help").stdout.splitlines()]
+    assert rightofway(installed, "greet", "Ada").stdout == "hello, Ada\n"
+    lines = [line.split() for line in rightofway(installed, "--help").stdout.splitlines()]
     assert ["greet", "Greet", "somebody."] in lines
     assert any(line[:1] == ["paper"] for line in lines)
 
 
 def test_own_subcommands_stay_what_they_are(installed: Path) -> None:
-    done = ran(installed, "list")
+    done = rightofway(installed, "list")
     assert (done.returncode, "hello" in done.stdout) == (0, False)
 
 
 def test_a_plugin_that_cannot_be_loaded_stops_only_its_own_subcommand(installed: Path) -> None:
-    done = ran(installed, "lost")
+    done = rightofway(installed, "lost")
     assert done.returncode == 2
     assert "the plugin greetings.nowhere:lost cannot be loaded" in " ".join(done.stderr.split())
-    assert ran(installed, "schema").returncode == 0
+    assert rightofway(installed, "schema").returncode == 0
 
 
 def test_a_mistyped_plugin_is_suggested(installed: Path) -> None:
-    done = ran(installed, "greeet")
+    done = rightofway(installed, "greeet")
     assert done.returncode == 2
     assert "'greet'" in done.stderr
 
@@ -72,4 +62,6 @@ def test_own_subcommands_start_without_a_look_at_plugins() -> None:
         "import sys; from benchmark.commands.app import app; sys.argv = ['rightofway', 'schema'];"
         "app(standalone_mode=False); assert 'baselines' not in sys.modules"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL, timeout=PATIENCE
+    )

@@ -1,27 +1,30 @@
 """The regression check as CI runs it: real episodes, a controller that changes, exit codes."""
 
 import json
-import os
 import shlex
 import shutil
 import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as Xml
 
 import pytest
 import tomli_w
+from factories.command_line import rightofway
 from factories.comparisons import BASE, MADE, scaled
-from factories.processes import PATIENCE
+from factories.leftovers import put_back
 from factories.records import runs
 from factories.scenarios import SCENARIOS, smoke
+from factories.workers import without_workers
 from plugins import install
 
 from benchmark.commands.app import main
 from benchmark.commands.regress import parse_limit
+from benchmark.control import plugins
 from benchmark.plumbing.errors import UsageError
 from benchmark.records import reference
 from benchmark.records.record import Record
@@ -29,7 +32,6 @@ from benchmark.records.store import Store
 from benchmark.study.episode import Episode
 from benchmark.study.pool import LocalPool
 
-COMMAND = Path(sys.executable).parent / "rightofway"
 SUITE = {
     "scenarios": ["crossing.toml", "tee.toml"],
     "controllers": ["changing", "traffic-light"],
@@ -50,19 +52,25 @@ class Project:
     def __init__(self, folder: Path) -> None:
         self.folder, self.site = folder, install(folder / "site", "changing")
 
-    def run(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-        path = os.pathsep.join((str(self.site), os.environ.get("PYTHONPATH", "")))
-        fixed = {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
-        return subprocess.run(
-            [COMMAND, *arguments],
-            cwd=self.folder,
-            env=os.environ | fixed | variables,
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE,
-        )
+    def run(
+        self, *arguments: str, processes: bool = False, **variables: str
+    ) -> subprocess.CompletedProcess[str]:
+        """Run the command, with the controller as it is now.
 
-    def regress(self, *more: str, **variables: str) -> tuple[int, dict[tuple[str, str], Any], str]:
+        Args:
+            arguments: of the command.
+            processes: whether episodes run in worker processes.
+            variables: of the environment.
+        """
+        workers = nullcontext() if processes else without_workers()
+        with put_back(self.folder), pytest.MonkeyPatch.context() as patch, workers:
+            patch.syspath_prepend(self.site)
+            patch.setattr(sys, "dont_write_bytecode", True)  # edits come faster than its clock
+            patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+            plugins.discovered.cache_clear()
+            return rightofway(self.folder, *arguments, **variables)
+
+    def regress(self, *more: str, **variables: Any) -> tuple[int, dict[tuple[str, str], Any], str]:
         """Exit code, rows by scenario and controller, and what was said."""
         done = self.run("regress", "--reference", "ref", "--json", "r.json", *more, **variables)
         assert "Traceback" not in done.stderr
@@ -154,7 +162,8 @@ def test_noise_that_is_not_significant_passes(project: Project) -> None:
 
 def test_an_episode_that_crashes_is_a_new_failure(project: Project) -> None:
     project.edit("CRASHES_ON = ()", "CRASHES_ON = (3,)")
-    code, rows, words = project.regress("--suite", "mine.toml", "--controller", "changing")
+    chosen = ("--suite", "mine.toml", "--controller", "changing", "--workers", "1")
+    code, rows, words = project.regress(*chosen, processes=True)
     assert (code, len(rows)) == (1, 2)
     for row in rows.values():
         assert (row["verdict"], row["seeds"]) == ("new failure", 5)
@@ -230,19 +239,18 @@ def test_a_reference_is_made_of_committed_code_and_episodes_that_are_ok(project:
     assert "site/" in done.stderr
     assert "--allow-dirty" in done.stderr
     project.edit("CRASHES_ON = ()", "CRASHES_ON = (3,)")
-    done = project.run(*update, "--allow-dirty")
+    done = project.run(*update, "--allow-dirty", processes=True)
     assert (done.returncode, done.stdout) == (1, "")
     assert "1 of 6 episodes are not ok" in done.stderr
     assert "--allow-failures" in done.stderr
     assert held(project.folder / "ref") == before
     assert not list(project.folder.glob(".ref*"))
-    done = project.run(*update, "--allow-dirty", "--allow-failures", "--workers", "1")
+    more = ("--allow-dirty", "--allow-failures", "--workers", "1")
+    done = project.run(*update, *more, processes=True)
     assert (done.returncode, done.stdout) == (0, "ref: 6 records\n")
     made = tomllib.loads((project.folder / "ref" / "reference.toml").read_text())
     assert made["git"] == {"dirty": True}
-    assert made["command"] == (
-        f"rightofway {' '.join(update)} --allow-dirty --allow-failures --workers 1"
-    )
+    assert made["command"] == f"rightofway {' '.join((*update, *more))}"
 
 
 def stored(folder: Path, records: Iterable[Record]) -> Path:

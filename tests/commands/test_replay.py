@@ -1,13 +1,15 @@
 """The command ``rightofway replay``: logs are scored anew, traffic is shown."""
 
 import subprocess
-import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import polars
 import pytest
+from factories import workers
+from factories.command_line import rightofway
 from factories.logs import head_of, sealed
 from typer.testing import CliRunner
 
@@ -19,17 +21,12 @@ from benchmark.reports.site import replays
 from benchmark.study import action_log, rescoring
 from benchmark.study.pool import LocalPool
 
-COMMAND = Path(sys.executable).parent / "rightofway"
-
 
 @pytest.fixture
-def command(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
-    def run(*words: str | Path) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [COMMAND, *map(str, words)], cwd=tmp_path, capture_output=True, text=True
-        )
-
-    return run
+def command(
+    tmp_path: Path, without_workers: None
+) -> Callable[..., subprocess.CompletedProcess[str]]:
+    return partial(rightofway, tmp_path)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +34,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("logged")
     names = ("--controller", "virtual-signal", "--controller", "traffic-light")
     chosen = ("run", "smoke/tee", *names, "--rate", "0.6", "--seeds", "2", "--log-actions")
-    done = subprocess.run([COMMAND, *chosen], cwd=folder, capture_output=True, text=True)
+    with workers.without_workers():
+        done = rightofway(folder, *chosen)
     assert done.returncode == 0, done.stderr
     return folder / "out"
 
@@ -109,7 +107,7 @@ Call = Callable[..., Any]
 
 
 @pytest.fixture
-def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Call:
+def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_workers: None) -> Call:
     monkeypatch.chdir(tmp_path)
 
     def invoke(*arguments: object) -> Any:

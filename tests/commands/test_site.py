@@ -1,4 +1,4 @@
-"""The commands `rightofway site` and `rightofway serve`, run as a user runs them."""
+"""The commands `rightofway site` and `rightofway serve`."""
 
 import http.client
 import os
@@ -15,26 +15,16 @@ from urllib.parse import urlsplit
 
 import pytest
 from browser import Visit
-from factories.processes import PATIENCE, without_sumo
+from factories.command_line import rightofway
+from factories.processes import PATIENCE, first_line, without_sumo
 from factories.records import record
+from factories.scenarios import SCENARIOS, smoke
 
 from benchmark.plumbing.errors import UsageError
 from benchmark.records.store import Store
 from benchmark.reports.site.server import site_server
 
 COMMAND = [sys.executable, "-c", "from benchmark.commands.app import main; main()"]
-
-
-def rightofway(folder: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *arguments],
-        cwd=folder,
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
 
 
 @pytest.fixture(scope="module")
@@ -82,10 +72,10 @@ def test_the_served_site_works_under_a_policy_that_lets_nothing_else_in(
 
 def test_all_that_a_browser_asks_for_at_once_is_answered(results: Path) -> None:
     with site_server(results / "site", 0) as slow, ExitStack() as open_ones:
-        where = slow.server_address[1]
+        where = ("127.0.0.1", slow.server_address[1])
         asked = []
         for _ in range(40):  # before anybody answers, as on a busy machine
-            client = open_ones.enter_context(socket.create_connection(("127.0.0.1", where), 5))
+            client = open_ones.enter_context(socket.create_connection(where, PATIENCE))
             client.sendall(b"GET /index.html HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n")
             asked.append(client)
         thread = Thread(target=slow.serve_forever)
@@ -127,8 +117,7 @@ def test_serve_says_where_it_is_and_ends_quietly_with_ctrl_c(results: Path) -> N
     with subprocess.Popen(
         [*COMMAND, "serve", "site", "--port", "0"], cwd=results, stdout=subprocess.PIPE, text=True
     ) as running:
-        assert running.stdout is not None
-        found = re.match(r"http://127\.0\.0\.1:(\d+)/", running.stdout.readline())
+        found = re.match(r"http://127\.0\.0\.1:(\d+)/", first_line(running))
         assert found
         assert ask(int(found[1]), "/").status == 200
         running.send_signal(signal.SIGINT)
@@ -166,8 +155,6 @@ def test_a_folder_without_records_makes_an_empty_site(tmp_path: Path) -> None:
 def test_a_users_scenario_is_drawn_where_sumo_is_and_described_where_it_is_not(
     tmp_path: Path,
 ) -> None:
-    from factories.scenarios import SCENARIOS, smoke
-
     mine = tmp_path / "mine" / "crossing.toml"
     mine.parent.mkdir()
     mine.write_text((SCENARIOS / "smoke" / "crossing.toml").read_text())
@@ -184,8 +171,13 @@ def test_a_users_scenario_is_drawn_where_sumo_is_and_described_where_it_is_not(
     shim = without_sumo(tmp_path / "shim")
     path = os.pathsep.join(filter(None, (str(shim), os.environ.get("PYTHONPATH"))))
     cache = str(tmp_path / "cache")
-    done = rightofway(
-        tmp_path, "site", "--scenario", "mine", PYTHONPATH=path, RIGHTOFWAY_CACHE=cache
+    done = subprocess.run(
+        [*COMMAND, "site", "--scenario", "mine"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": path, "RIGHTOFWAY_CACHE": cache},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
     )
     assert done.returncode == 0, done.stderr
     assert "no drawing" in done.stderr

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,14 +19,33 @@ def kill(pid: int) -> None:
 
 
 def heard(process: subprocess.Popen[str], wanted: str) -> str:
-    """What the command says until it says what is wanted."""
-    said = ""
+    """What the command says on standard error until it says what is wanted."""
     assert process.stderr is not None
-    while wanted not in said:
-        line = process.stderr.readline()
-        assert line, said
-        said += line
+    said = ""
+    with _ended_in_time(process):
+        while wanted not in said:
+            line = process.stderr.readline()
+            assert line, said
+            said += line
     return said
+
+
+def first_line(process: subprocess.Popen[str]) -> str:
+    """The first line of a process on standard output; empty if there is none."""
+    assert process.stdout is not None
+    with _ended_in_time(process):
+        return process.stdout.readline()
+
+
+@contextmanager
+def _ended_in_time(process: subprocess.Popen[str]) -> Iterator[None]:
+    """Nobody listens for ever: a process that is silent for too long is ended."""
+    timer = threading.Timer(PATIENCE, process.kill)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
@@ -55,7 +75,7 @@ def worker_of(address: str, *first: Path, script: str = DASK_WORKER) -> Iterator
         yield
     finally:
         process.kill()
-        process.wait()
+        process.wait(PATIENCE)
 
 
 def without_sumo(folder: Path) -> Path:
