@@ -10,13 +10,14 @@ import numpy as np
 from benchmark.records.measures import HEADLINE, MEASURES
 from benchmark.records.record import Record
 from benchmark.records.samples import Cell, Floats, Group, Sample, cells_of
-from benchmark.records.statistics import Estimate, estimates
+from benchmark.records.statistics import Estimate, estimates, hourly_probability
 from benchmark.records.table import NETWORK, records_table
 
 if TYPE_CHECKING:
     import polars
 
 REFERENCE = "traffic-light"
+EXPOSURE = "gridlock_exposure"
 
 Status = Literal["ok", "flagged", "failed", "skipped"]
 """What to make of a row: flagged ones have figures and a reason to doubt them, the last two none.
@@ -38,10 +39,13 @@ class Row:
     other: dict[str, int] = field(default_factory=dict)  # episodes that are not ok, by status
     status: Status = "ok"
     reasons: tuple[str, ...] = ()
-    """Why it is not ok: marks, training seeds, what became of episodes."""
+    """Why it is not ok: marks, gridlocks, training seeds, what became of episodes."""
 
     junction: str | None = None
     """Of several; ``NETWORK`` for the whole network, whose figures are those of whole trips."""
+
+    gridlock: Estimate | None = None
+    """The probability of one within an hour; None where records do not say."""
 
     @property
     def headline(self) -> Estimate | None:
@@ -123,7 +127,8 @@ def _row(
     group = cell.sample.group
     beside = _with_network(reference, figures) if reference else {}
     deserved = marks(_with_network(cell, figures), beside)
-    reasons = (*deserved, *_training(group), *_mishaps(group))
+    gridlock = _gridlock(cell.sample)
+    reasons = (*deserved, *_gridlocks(cell.sample), *_training(group), *_mishaps(group))
     return Row(
         scenario=cell.scenario,
         scenario_hash=group.scenario_hash,
@@ -137,7 +142,22 @@ def _row(
         status=_status(group.other, group.count, reasons),
         reasons=reasons,
         junction=cell.sample.junction if cell.network else None,
+        gridlock=gridlock,
     )
+
+
+def _gridlock(sample: Sample) -> Estimate | None:
+    """The probability of a gridlock within an hour, from the episodes that say whether."""
+    (locked, _), (_, exposures) = sample.values("first_gridlock"), sample.values(EXPOSURE)
+    return hourly_probability(len(locked), exposures) if len(exposures) else None
+
+
+def _gridlocks(sample: Sample) -> Iterator[str]:
+    """In how many episodes it gridlocked, if in any."""
+    (locked, times), (_, exposures) = sample.values("first_gridlock"), sample.values(EXPOSURE)
+    if len(locked):
+        episodes = f"{len(locked)} of {len(exposures)} episodes"
+        yield f"gridlocks in {episodes}, the earliest at {min(times):.0f} s"
 
 
 def _with_network(cell: Cell, figures: dict[Sample, Figures]) -> Figures:

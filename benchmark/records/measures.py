@@ -142,6 +142,13 @@ MEASURES = (
     Measure("refused_commands", "refused commands", "", 0, "junctions.refused_commands",
             r"|\{\mathrm{commands\ refused}\}|",
             "Illegal commands, over the whole episode.", brief=False),
+    Measure("first_gridlock", "first gridlock", "s", 0, "junctions.first_gridlock",
+            r"t_g",
+            "When the first gridlock began, over the episodes that had one.", brief=False),
+    Measure("gridlock_exposure", "gridlock exposure", "s", 0, "junctions.gridlock_exposure",
+            r"t_e",
+            "How long a first gridlock could begin and be known of: up to it, else up to the end "
+            "less the time that it takes to be one.", brief=False, more_is_better=True),
     Measure("co2", "CO2", "g/km", 0, "trips.co2",
             r"\frac{\sum_{v} m_v}{\sum_{v} x_v}",
             "Mass m emitted over distance x driven, by SUMO's model, on every tenth vehicle.",
@@ -157,6 +164,11 @@ MEASURES = (
 HEADLINE = MEASURES[0]
 BY_KEY = {measure.key: measure for measure in MEASURES}
 
+GRIDLOCK = Formula(
+    r"p = 1 - e^{-\hat{\lambda}\,3600},\quad \hat{\lambda} = \frac{n_g}{\sum_{s=1}^{n}t_{e,s}}",
+    "The probability of a gridlock within an hour, from the n_g episodes that had one, as if it "
+    "came at a constant rate; the interval is Garwood's exact one for that rate.",
+)
 MEAN = Formula(
     r"\bar{x} = \frac{1}{n}\sum_{s=1}^{n}x_s",
     "Every figure is the mean of one value x per seed s.",

@@ -1,5 +1,6 @@
 """Means over seeds with bootstrap intervals, and differences paired by seed."""
 
+import math
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -115,6 +116,30 @@ def _bounds(samples: Values, times: Values) -> Values:
     inner = sums[:, [below + 1, -2 - below]] * unit / count
     bounds: Values = ends * (1 - part) + inner * part
     return bounds
+
+
+def hourly_probability(events: int, exposures: Sequence[float] | Values) -> Estimate | None:
+    """The probability of a first event within an hour, as if it came at a constant rate.
+
+    The rate is events per exposure, its interval the exact one of Garwood (Fiducial Limits for the
+    Poisson Distribution, Biometrika 28, 1936).
+
+    Args:
+        events: trials in which it came.
+        exposures: per trial the time until it came, or until nobody looked any more [s].
+
+    Returns:
+        None where there is nothing to tell it from: no exposure and no event.
+    """
+    from scipy.special import gammaincinv
+
+    total, tail = float(np.sum(exposures)) / 3600, (1 - CONFIDENCE) / 2
+    if total <= 0:
+        return Estimate(1.0, None, None, len(exposures)) if events else None
+    low = float(gammaincinv(events, tail)) if events else 0.0
+    high = float(gammaincinv(events + 1, 1 - tail))
+    rate, least, greatest = (-math.expm1(-count / total) for count in (events, low, high))
+    return Estimate(rate, least, greatest, len(exposures))
 
 
 def reductions(

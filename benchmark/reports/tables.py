@@ -185,8 +185,8 @@ def marks_legend() -> str:
         "Mean over seeds [95 % bootstrap interval, from few seeds little but their range]; "
         "↓ or ↑: significantly below or above traffic-light, paired by seed; "
         "* flagged, for the reason beside it: waiting may be low for the wrong reason "
-        f"({meanings}), the controller was trained on the episodes it is evaluated on, or some "
-        "episodes are missing from the mean."
+        f"({meanings}), the intersection gridlocked, the controller was trained on the episodes "
+        "it is evaluated on, or some episodes are missing from the mean."
     )
 
 
@@ -249,11 +249,12 @@ def _details(rows: Sequence[Row]) -> str:
     from tabulate import tabulate
 
     head = ["controller", "rules", "vs signal [s]", *(measure.heading for measure in BRIEF)]
-    head += ["status", "notes"]
+    head += ["gridlock in an hour", "status", "notes"]
     body = [
         [
             *(markdown_literal(row.controller), row.rules, mean_and_interval(row.difference, 1)),
             *(mean_and_interval(row.figures.get(measure.key), measure.digits) for measure in BRIEF),
+            mean_and_interval(row.gridlock, 2),
             row.status,
             markdown_literal(row_notes(row)),
         ]
@@ -274,6 +275,7 @@ def _flat(row: Row) -> dict[str, Any]:
         "notes": row_notes(row),
     }
     figures = [(measure.key, row.figures.get(measure.key)) for measure in MEASURES]
+    figures.append(("gridlock_probability", row.gridlock))
     for key, estimate in [("difference_to_signal", row.difference), *figures]:
         flat[key] = estimate.mean if estimate else None
         flat[f"{key}_low"] = estimate.low if estimate else None

@@ -25,6 +25,7 @@ JUNCTION: dict[str, Any] = {
 }
 JUNCTION |= {key: {} for key in ("waiting_by_kind", "waiting_by_class", "waiting_by_movement")}
 JUNCTION |= dict.fromkeys(["lane_changes", "go_held_back", "refused_commands"], 0)
+JUNCTION |= dict.fromkeys(["first_gridlock", "gridlock_exposure"])
 TRIPS: dict[str, Any] = {"time_loss": 30.0, "travel_time": 60.0, "insertion_delay": 1.0}
 TRIPS |= dict.fromkeys(["never_inserted", "arrived", "emergency_brakings"], 0)
 TRIPS |= dict.fromkeys(["collisions", "collisions_with_robot"], 0)

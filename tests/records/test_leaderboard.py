@@ -1,5 +1,6 @@
 """From records to rows: means, differences to the signal, marks, and nobody left out."""
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -478,3 +479,23 @@ def test_the_order_in_which_episodes_ended_changes_nothing(order: list[int]) -> 
     held = [record(seed=seed, waiting=wait) for seed, wait in enumerate(waits)]
     found = leaderboard.rows_of_records([held[index] for index in order])
     assert found == leaderboard.rows_of_records(held)
+
+
+def test_a_row_says_how_likely_a_gridlock_within_an_hour_is_and_is_flagged_for_it() -> None:
+    locks = [record(seed=seed, gridlock_exposure=1800.0) for seed in range(1, 4)]
+    locks.append(record(seed=4, first_gridlock=600.0, gridlock_exposure=600.0))
+    row = only(leaderboard.rows_of_records(locks))
+    assert row.gridlock is not None
+    assert row.gridlock.mean == pytest.approx(1 - math.exp(-3600 / (3 * 1800 + 600)))
+    assert row.gridlock.count == 4
+    assert (row.status, row.reasons) == (
+        "flagged",
+        ("gridlocks in 1 of 4 episodes, the earliest at 600 s",),
+    )
+
+
+def test_a_row_without_a_gridlock_is_ok_and_older_records_do_not_say() -> None:
+    row = only(leaderboard.rows_of_records([record(gridlock_exposure=900.0)]))
+    assert row.gridlock is not None
+    assert (row.gridlock.mean, row.status) == (0.0, "ok")
+    assert only(leaderboard.rows_of_records([record()])).gridlock is None

@@ -1,5 +1,6 @@
 """Means over seeds and their intervals."""
 
+import math
 import tracemalloc
 from collections.abc import Sequence
 
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmark.records.statistics import ENOUGH, Estimate, estimates, reductions
+from benchmark.records.statistics import ENOUGH, Estimate, estimates, hourly_probability, reductions
 
 VALUES = st.floats(-1e6, 1e6)
 SAMPLE = st.lists(VALUES, min_size=1, max_size=12)
@@ -198,3 +199,26 @@ def test_a_reduction_needs_something_to_divide_by() -> None:
 def test_samples_of_other_seeds_are_no_pair() -> None:
     with pytest.raises(ValueError, match="3 values against 2; give those of the same seeds"):
         reductions([([1.0, 2.0, 3.0], [1.0, 2.0])])
+
+
+def test_the_probability_of_an_event_in_an_hour_is_that_of_its_rate() -> None:
+    """Three in five hours; Garwood's interval of 3 is 0.6187 to 8.7673."""
+    found = hourly_probability(3, [3600.0] * 5)
+    assert found is not None
+    assert (found.mean, found.count) == (pytest.approx(1 - math.exp(-3 / 5)), 5)
+    assert found.low == pytest.approx(1 - math.exp(-0.618672 / 5), abs=1e-6)
+    assert found.high == pytest.approx(1 - math.exp(-8.767273 / 5), abs=1e-6)
+
+
+def test_without_an_event_the_probability_is_0_up_to_a_bound_that_time_lowers() -> None:
+    """No event in T hours bounds the rate by -ln(0.025) / T."""
+    for hours in (0.1, 20.0):
+        found = hourly_probability(0, [hours * 3600])
+        assert found is not None
+        assert (found.mean, found.low) == (0.0, 0.0)
+        assert found.high == pytest.approx(1 - 0.025 ** (1 / hours))
+
+
+def test_where_nobody_looked_nothing_is_known_but_what_came_at_once() -> None:
+    assert hourly_probability(0, [0.0, 0.0]) is None
+    assert hourly_probability(2, [0.0, 0.0]) == Estimate(1.0, None, None, 2)

@@ -40,7 +40,8 @@ def golden_records() -> Iterator[Record]:
         for rate in (0.1, 0.5):
             less = round(20 * rate)
             yield record("quick", seed, 18 + seed % 2 - less, rate, arbitration="own")
-            yield record("slow", seed, 25 + seed, rate, travel_time=None)
+            locks = {"first_gridlock": 420.0 if seed == 3 else None, "gridlock_exposure": 420.0}
+            yield record("slow", seed, 25 + seed, rate, travel_time=None, **locks)
             yield unlucky("broken", seed, rate=rate, reason="no weights")
         if seed > 2:
             per_vehicle = Waiting(mean=seed, p95=40, maximum=90, vehicles=200)
@@ -88,6 +89,7 @@ ROWS = st.lists(
         other=st.dictionaries(st.sampled_from(["failed", "timed out"]), st.integers(1, 9)),
         status=st.sampled_from(get_args(leaderboard.Status)),
         reasons=st.lists(NAMES, max_size=2).map(tuple),
+        gridlock=st.one_of(st.none(), ESTIMATES),
     ),
     min_size=1,
     max_size=4,
@@ -339,6 +341,7 @@ def test_a_json_table_parses_back_to_the_same_rows(rows: list[Row]) -> None:
                 **facts,
                 "figures": {key: estimate(one) for key, one in facts["figures"].items()},
                 "difference": estimate(facts["difference"]),
+                "gridlock": estimate(facts["gridlock"]),
                 "marks": tuple(facts["marks"]),
                 "reasons": tuple(facts["reasons"]),
             }
