@@ -17,6 +17,7 @@ import tomli_w
 from factories.command_line import rightofway
 from factories.comparisons import BASE, MADE, scaled
 from factories.leftovers import put_back
+from factories.processes import PATIENCE
 from factories.records import runs
 from factories.scenarios import SCENARIOS, smoke
 from factories.workers import without_workers
@@ -232,7 +233,7 @@ def test_a_reference_is_made_of_committed_code_and_episodes_that_are_ok(project:
     (project.folder / "small.toml").write_text(tomli_w.dumps(small))
     update = ("reference", "update", "--suite", "small.toml", "--out", "ref")
     before = held(project.folder / "ref")
-    subprocess.run(["git", "init", "-q"], cwd=project.folder, check=True)
+    subprocess.run(["git", "init", "-q"], cwd=project.folder, check=True, timeout=PATIENCE)
     done = project.run(*update)
     assert (done.returncode, done.stdout) == (2, "")
     assert "error: not committed: " in done.stderr

@@ -8,7 +8,6 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -18,7 +17,7 @@ from typing import Any
 import psutil
 import pytest
 from factories.command_line import rightofway
-from factories.processes import PATIENCE, heard
+from factories.processes import PATIENCE, heard, wait_for
 from factories.workers import without_workers
 from plugins import install
 
@@ -97,11 +96,12 @@ def figures(out: Path) -> list[str]:
 
 def until(ready: Callable[[], bool], process: subprocess.Popen[str]) -> None:
     """Wait for something that the command is to do."""
-    deadline = time.monotonic() + PATIENCE
-    while not ready():
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
+
+    def is_ready() -> bool:
+        assert process.poll() is None, process.communicate(timeout=PATIENCE)
+        return ready()
+
+    wait_for(is_ready)
 
 
 @pytest.fixture(scope="module")

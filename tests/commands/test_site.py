@@ -50,7 +50,7 @@ def port(results: Path) -> Iterator[int]:
         thread.start()
         yield running.server_port
         running.shutdown()
-        thread.join()
+        thread.join(PATIENCE)
 
 
 def ask(port: int, path: str, host: str = "localhost") -> http.client.HTTPResponse:
@@ -84,7 +84,7 @@ def test_all_that_a_browser_asks_for_at_once_is_answered(results: Path) -> None:
             assert all(client.recv(12) == b"HTTP/1.0 200" for client in asked)
         finally:
             slow.shutdown()
-            thread.join()
+            thread.join(PATIENCE)
 
 
 def test_it_listens_to_this_machine_only(results: Path, port: int) -> None:

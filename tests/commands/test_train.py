@@ -6,14 +6,14 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from factories.command_line import rightofway
-from factories.processes import PATIENCE, heard
+from factories.processes import PATIENCE, heard, wait_for
 from factories.scenarios import smoke
 from factories.training import without_workers
 from safetensors.numpy import load_file
@@ -44,15 +44,22 @@ TINY = (
 )
 
 
-def started(out: Path, *arguments: str, name: str = "wang") -> subprocess.Popen[str]:
-    """The command under way, in a process group of its own."""
-    return subprocess.Popen(
-        [COMMAND, "train", name, "--out", str(out), *arguments],
-        stdout=subprocess.PIPE,
+@contextmanager
+def started(out: Path, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """The command under way, in a process group of its own; ended with all that it started."""
+    process = subprocess.Popen(
+        [COMMAND, "train", "wang", "--out", str(out), *arguments],
+        stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate(timeout=PATIENCE)
 
 
 def train(out: Path, *arguments: str, name: str = "wang") -> tuple[int, str]:
@@ -177,16 +184,15 @@ def test_a_second_interrupt_stops_at_once(tmp_path: Path, in_round: InRound) -> 
     assert not (tmp_path / "run" / "checkpoint.pt").exists()
 
 
-def rounds_of(process: subprocess.Popen[str], out: Path) -> Iterator[int]:
-    """The number of rounds that the log shows, again and again."""
-    log, deadline = out / "logs" / "progress.csv", time.monotonic() + PATIENCE
-    while process.poll() is None and time.monotonic() < deadline:
-        yield max(0, len(log.read_text().splitlines()) - 1) if log.exists() else 0
-        time.sleep(0.02)
+def until(process: subprocess.Popen[str], out: Path, lines: int) -> None:
+    """Wait until the log has so many lines, the first of which is its head."""
 
+    def has_them() -> bool:
+        assert process.poll() is None, process.communicate(timeout=PATIENCE)
+        return log.exists() and len(log.read_text().splitlines()) >= lines
 
-def wait_for(process: subprocess.Popen[str], out: Path, wanted: int) -> None:
-    assert any(count >= wanted for count in rounds_of(process, out)), process.communicate()
+    log = out / "logs" / "progress.csv"
+    wait_for(has_them)
 
 
 LONG = (*TINY, "--steps", "20000")
@@ -198,11 +204,11 @@ def test_a_real_process_that_is_interrupted_or_killed_goes_on_exactly(tmp_path: 
     assert train(tmp_path / "whole", *LONG)[0] == 0
     for number, code in ((signal.SIGINT, 130), (signal.SIGKILL, -signal.SIGKILL)):
         out = tmp_path / number.name
-        process = started(out, *LONG)
-        wait_for(process, out, 3)
-        os.killpg(process.pid, number)
-        process.communicate(timeout=PATIENCE)
-        assert process.returncode == code
+        with started(out, *LONG) as process:
+            until(process, out, 4)
+            os.killpg(process.pid, number)
+            process.communicate(timeout=PATIENCE)
+            assert process.returncode == code
         assert (out / "checkpoint.pt").exists()
         assert manifest(out)["decisions"] < 20_000
         assert train(out, *LONG, "--resume")[0] == 0
@@ -225,17 +231,14 @@ SLOW = (
 
 @pytest.mark.slow
 def test_a_second_interrupt_stops_a_real_process_with_its_workers_at_once(tmp_path: Path) -> None:
-    process = started(tmp_path / "run", *SLOW)
-    log, deadline = tmp_path / "run" / "logs" / "progress.csv", time.monotonic() + PATIENCE
-    while not log.exists():  # until signals are heard
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-    os.killpg(process.pid, signal.SIGINT)
-    said = heard(process, "stopping after this round")
-    os.killpg(process.pid, signal.SIGINT)
-    said += process.communicate(timeout=PATIENCE)[1]
-    assert process.returncode == 130
+    out = tmp_path / "run"
+    with started(out, *SLOW) as process:
+        until(process, out, 0)  # until signals are heard
+        os.killpg(process.pid, signal.SIGINT)
+        said = heard(process, "stopping after this round")
+        os.killpg(process.pid, signal.SIGINT)
+        said += process.communicate(timeout=PATIENCE)[1]
+        assert process.returncode == 130
     assert "continue with --resume" not in said
     assert "Traceback" not in said
     assert not (tmp_path / "run" / "checkpoint.pt").exists()

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from factories.processes import PATIENCE
 from pettingzoo.test import parallel_api_test
 
 from benchmark.learning.parallel import GoStopParallelEnv
@@ -191,7 +192,8 @@ def test_whoever_comes_as_the_episode_ends_is_no_agent(
 
 def test_the_package_itself_needs_no_training_extras() -> None:
     code = "import sys, benchmark.learning, benchmark.commands.app; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout
+    line = [sys.executable, "-c", code]
+    loaded = subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE).stdout
     assert "benchmark.learning" in loaded.split()
     assert not {"gymnasium", "pettingzoo", "torch", "stable_baselines3"} & set(loaded.split())
 

@@ -15,9 +15,11 @@ from typing import Any
 import psutil
 import pytest
 from distributed import Client, LocalCluster
+from factories.command_line import rightofway
 from factories.episodes import GOOD, lines
 from factories.processes import PATIENCE, kill, pid_in, wait_for
 from factories.scenarios import smoke
+from factories.workers import without_workers
 
 from benchmark.plumbing.errors import ClusterError
 from benchmark.records.record import Record
@@ -229,7 +231,7 @@ def test_a_command_that_is_killed_leaves_nothing_running_on_the_workers(
     )
     process = psutil.Process(pid_in(marker))
     command.kill()
-    command.wait()
+    command.wait(PATIENCE)
     process.wait(PATIENCE)
 
 
@@ -262,9 +264,8 @@ def test_no_more_calls_are_under_way_than_there_is_room_for_and_each_ends_once(
 def test_ctrl_c_on_a_cluster_of_this_machine_finishes_what_runs_and_the_suite_goes_on_without_it(
     tmp_path: Path,
 ) -> None:
-    command = [*COMMAND, *STUDY, "--workers", "2", "--out", str(tmp_path)]
     running = subprocess.Popen(
-        [*command, "--cluster", "local"],
+        [*COMMAND, *STUDY, "--workers", "2", "--out", str(tmp_path), "--cluster", "local"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         start_new_session=True,
@@ -279,7 +280,8 @@ def test_ctrl_c_on_a_cluster_of_this_machine_finishes_what_runs_and_the_suite_go
     before = records_in(tmp_path)
     assert 0 < len(before) < 40
     assert {one.status for one in before} == {"ok"}
-    again = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)  # elsewhere
+    with without_workers():  # elsewhere
+        again = rightofway(tmp_path, "run", "smoke/crossing", *STUDY, "--out", tmp_path)
     assert again.returncode == 0, again.stderr
     assert len(lines(records_in(tmp_path))) == len(records_in(tmp_path)) == 40
 

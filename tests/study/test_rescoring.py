@@ -44,6 +44,7 @@ def test_a_record_comes_out_of_its_log_without_the_controller(
     assert rescoring.versions_differ(record, again) is None
 
 
+@pytest.mark.slow
 def test_a_log_takes_as_little_room_as_the_docs_say(tmp_path: Path) -> None:
     for controller, most in (("virtual-signal", 25_000), ("time-windows", 60_000)):
         rescoring.run_logged(Episode(shipped("colorado-springs/334"), controller, 0.6, 1), tmp_path)

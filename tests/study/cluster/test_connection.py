@@ -68,7 +68,7 @@ def dask_scheduler(port: int) -> Iterator[subprocess.Popen[bytes]]:
         yield process
     finally:
         process.kill()
-        process.wait()
+        process.wait(PATIENCE)
 
 
 def listens(port: int) -> bool:
@@ -104,7 +104,7 @@ def test_a_scheduler_that_comes_back_is_given_its_episodes_again(
 
         def restart() -> None:
             first.kill()
-            first.wait()
+            first.wait(PATIENCE)
             processes.enter_context(dask_scheduler(port))
             processes.enter_context(worker_of(address))
 

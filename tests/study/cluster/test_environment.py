@@ -14,7 +14,7 @@ import distributed
 import numpy as np
 import pytest
 from factories.episodes import GOOD
-from factories.processes import DASK_WORKER, kill, pid_in, wait_for, worker_of
+from factories.processes import DASK_WORKER, PATIENCE, kill, pid_in, wait_for, worker_of
 from factories.scenarios import smoke
 from plugins import install
 
@@ -87,6 +87,7 @@ def test_a_worker_of_another_version_is_refused_by_name_before_anything_runs(
             [*COMMAND, "--scheduler-file", str(file), "--out", str(tmp_path / "out")],
             capture_output=True,
             text=True,
+            timeout=PATIENCE,
         )
     assert done.returncode == 2
     assert f"worker {address}: numpy is 0.0.1 there and {np.__version__} here" in done.stderr
