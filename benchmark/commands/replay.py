@@ -200,7 +200,7 @@ def _tell(log: "ActionLog", again: "Record") -> bool:
     """Say whether a record came out as it was."""
     from benchmark.study import rescoring
 
-    differing = rescoring.differences(log.record, again)
+    differing = rescoring.contradictions(log.record, again)
     versions = rescoring.versions_differ(log.record, again)
     if not differing:
         waits = ", ".join(

@@ -138,7 +138,7 @@ def hourly_probability(events: int, exposures: Sequence[float] | Values) -> Esti
         return Estimate(1.0, None, None, len(exposures)) if events else None
     low = float(gammaincinv(events, tail)) if events else 0.0
     high = float(gammaincinv(events + 1, 1 - tail))
-    rate, least, greatest = (-math.expm1(-count / total) for count in (events, low, high))
+    rate, least, greatest = (-math.expm1(-count / total) for count in (float(events), low, high))
     return Estimate(rate, least, greatest, len(exposures))
 
 

@@ -216,6 +216,7 @@ def test_without_an_event_the_probability_is_0_up_to_a_bound_that_time_lowers() 
         found = hourly_probability(0, [hours * 3600])
         assert found is not None
         assert (found.mean, found.low) == (0.0, 0.0)
+        assert math.copysign(1, found.mean) == 1  # a table would show -0.00
         assert found.high == pytest.approx(1 - 0.025 ** (1 / hours))
 
 

@@ -29,7 +29,9 @@ def findings(changes: dict[str, Any] | None = None) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "scenario", [smoke("crossing"), smoke("tee"), parsed()], ids=lambda scenario: scenario.name
+    "scenario",
+    [smoke("crossing").with_demand(0.3), smoke("tee").with_demand(0.3), parsed()],
+    ids=lambda scenario: scenario.name,
 )
 def test_a_sound_scenario_has_no_findings(scenario: Scenario) -> None:
     assert inspection.inspect(scenario).findings == []
@@ -106,7 +108,7 @@ def test_demand_ends_with_its_last_period() -> None:
 
 
 def test_an_inspection_says_how_saturated_and_how_well_routed_each_movement_is() -> None:
-    scenario = smoke("tee")
+    scenario = smoke("tee").with_demand(0.3)
     found = inspection.inspect(scenario)
     regulated = {"N-L", "E-C", "W-C", "W-L"}
     assert found.saturation["intersection"].keys() == regulated

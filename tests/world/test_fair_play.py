@@ -46,8 +46,9 @@ def waits(row: Row) -> float:
 
 
 def test_creeping_waits_for_nothing_and_is_flagged(rows: dict[str, Row]) -> None:
-    assert waits(rows["creeps"]) == 0.0
-    assert (rows["creeps"].status, rows["creeps"].marks) == ("flagged", ("creeps", "blocks"))
+    assert waits(rows["creeps"]) < 0.01 * waits(rows["traffic-light"])
+    assert rows["creeps"].status == "flagged"
+    assert {"creeps", "blocks"} <= {*rows["creeps"].marks}
 
 
 def test_vehicles_that_disappear_fail_the_episode(rows: dict[str, Row]) -> None:
@@ -79,7 +80,7 @@ def test_green_for_everybody_is_refused(rows: dict[str, Row], name: str) -> None
 
 def test_go_for_everybody_crashes_and_is_flagged(rows: dict[str, Row]) -> None:
     assert waits(rows["all-go"]) < waits(rows["traffic-light"])
-    assert (rows["all-go"].status, rows["all-go"].marks) == ("flagged", ("crashes",))
+    assert (rows["all-go"].status, rows["all-go"].marks[-1]) == ("flagged", "crashes")
     assert rows["all-go"].rules == "own"
 
 
@@ -95,7 +96,7 @@ def test_lights_cannot_rule_and_be_off(rows: dict[str, Row]) -> None:
 
 def test_dark_lights_are_shown_as_such_and_their_crashes_flagged(rows: dict[str, Row]) -> None:
     assert waits(rows["lights-dark"]) < waits(rows["traffic-light"])
-    assert (rows["lights-dark"].status, rows["lights-dark"].marks) == ("flagged", ("crashes",))
+    assert (rows["lights-dark"].status, rows["lights-dark"].marks[-1]) == ("flagged", "crashes")
     assert rows["lights-dark"].rules != "lights"
 
 
