@@ -1,5 +1,6 @@
 """Turning counts by period."""
 
+from collections.abc import Sequence
 from typing import Self
 
 from pydantic import Field, PositiveFloat, model_validator
@@ -8,6 +9,7 @@ from benchmark.plumbing.models import Table
 from benchmark.scenario.layout import COMPASS
 
 LARGEST_COUNT = 10_000  # veh/h
+ANALYSIS_PERIOD = 900.0  # s, over which the Highway Capacity Manual averages flow rates
 
 
 class TurnCounts(Table):
@@ -60,3 +62,42 @@ class Demand(Table):
             for name in COMPASS
         }
         return self.model_copy(update=counts)
+
+
+def busiest(periods: Sequence[Demand], span: float = ANALYSIS_PERIOD) -> Demand:
+    """The average of the counts over the busiest span of time, as a period of its own.
+
+    A platoon of a minute so weighs as much as a minute. Of a demand that is shorter than the span,
+    it is the average over all of it.
+
+    Args:
+        periods: at least one, in any order; no two overlap.
+        span: how long [s].
+    """
+    first = min(period.begin for period in periods)
+    last = max(period.end for period in periods)
+    span = min(span, last - first)
+    ends = {time for period in periods for time in (period.begin, period.end - span)}
+    begins = sorted(min(max(time, first), last - span) for time in ends)
+    return max((_average(periods, begin, span) for begin in begins), key=lambda made: made.total)
+
+
+def _average(periods: Sequence[Demand], begin: float, span: float) -> Demand:
+    """The counts averaged over a span of time that may reach over several periods."""
+    end = begin + span
+    weights = [
+        max(0.0, min(period.end, end) - max(period.begin, begin)) / span for period in periods
+    ]
+    counts = {
+        name: TurnCounts(
+            **{
+                turn: sum(
+                    weight * getattr(period.counts(name), turn)
+                    for weight, period in zip(weights, periods, strict=True)
+                )
+                for turn in TurnCounts.model_fields
+            }
+        )
+        for name in COMPASS
+    }
+    return Demand(begin=begin, end=end, **counts)
