@@ -13,14 +13,6 @@ if TYPE_CHECKING:
     from benchmark.admission.conformance import Result
 
 CONTROLLER = "controller"  # the word that turns what follows into controllers
-COLUMNS = (
-    "movement",
-    "veh (counts)",
-    "veh (routes)",
-    "share (counts)",
-    "share (routes)",
-    "saturation",
-)
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
@@ -60,12 +52,14 @@ def _check_scenarios(references: Sequence[str]) -> None:
     from rich.table import Table
 
     from benchmark.scenario import catalogue
-    from benchmark.sumo.inspection import inspect
+    from benchmark.sumo.inspection import SEEDS_ROUTED, inspect
 
+    vehicles = [f"veh in {SEEDS_ROUTED} seeds ({of})" for of in ("counts", "routes")]
+    columns = ("movement", *vehicles, "share (counts)", "share (routes)", "saturation")
     for scenario in catalogue.find_scenarios(references):
         inspection = inspect(scenario)
         hashes = f"{scenario.hash[:12]}, network {inspection.network_hash[:12]}"
-        table = Table(*COLUMNS, title=f"{scenario.name} {hashes}", title_justify="left")
+        table = Table(*columns, title=f"{scenario.name} {hashes}", title_justify="left")
         several = len(inspection.shares) > 1
         for junction, shares in inspection.shares.items():
             degrees = inspection.saturation.get(junction, {})

@@ -15,6 +15,7 @@ def signal(scenario: OneScenario) -> None:
 
     from benchmark.scenario import catalogue
     from benchmark.sumo import network, webster
+    from benchmark.sumo.saturation import degrees_of_saturation
 
     timed = catalogue.find_scenario(scenario)
     if timed.signal is not None:
@@ -28,7 +29,7 @@ def signal(scenario: OneScenario) -> None:
         typer.echo(
             f"# {timed.name}{where}: cycle {program.cycle:g} s, Webster's method on the peak counts"
         )
-        degrees = webster.degrees_of_saturation(timed, intersection, program)
+        degrees = degrees_of_saturation(timed, intersection, program)
         worst = max(degrees, key=degrees.__getitem__)
         typer.echo(f"# highest degree of saturation: {worst} {degrees[worst]:.2f}")
         document = program.model_dump(mode="json", exclude_defaults=True)

@@ -29,7 +29,7 @@ from benchmark.pictures.geometry import (
 from benchmark.scenario.scenario import Scenario
 from benchmark.sumo.ground import RoadLane, Surroundings
 from benchmark.sumo.junction import Junction
-from benchmark.sumo.webster import count
+from benchmark.sumo.saturation import count
 
 COLOURS = ("#0072B2", "#E69F00", "#CC79A7", "#56B4E9")  # by quarter of the compass; Okabe-Ito
 GROUND, ASPHALT, PALE_ASPHALT = "#f3f3ee", "#84878c", "#dcdddf"

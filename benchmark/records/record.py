@@ -84,6 +84,9 @@ class Record(Entry):
     reason: Words | None = Field(None, description="why it is not ok")
     rules: Literal["signals", "stop signs", "robot vehicles"] | None = None
     arbitration: Literal["flexible", "own"] | None = None
+    programs: dict[str, Words] | None = Field(
+        None, description="of the signals that ruled, by intersection, in words"
+    )
     scenario_hash: Words
     network_hash: str | None = None
     routes_hash: str | None = None

@@ -6,6 +6,8 @@ from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_v
 
 from benchmark.plumbing.models import Share, Table
 
+MOST_SEEDS = 10_000  # of a study
+
 
 class Evaluation(Table):
     """How long an episode lasts, from when figures count, and which episodes a study holds."""
@@ -16,7 +18,16 @@ class Evaluation(Table):
     penetration_rates: tuple[Share, ...] = Field(
         (0.4, 0.5, 0.6, 0.7), min_length=1, description="Probabilities that a vehicle is an RV."
     )
-    seeds: PositiveInt = Field(10, description="The study uses the seeds 1 to this number.")
+    seeds: PositiveInt = Field(
+        10, le=MOST_SEEDS, description="The study uses the seeds 1 to this number."
+    )
+
+    @field_validator("step")
+    @classmethod
+    def _whole_milliseconds(cls, step: float) -> float:
+        if not 1 <= round(1000 * step, 6) == round(1000 * step):
+            raise ValueError(f"{step:g} s; SUMO's clock counts whole milliseconds, as in 0.1")
+        return step
 
     @model_validator(mode="after")
     def _window_exists(self) -> Self:

@@ -36,6 +36,9 @@ class Approach(Table):
     slip_lane: bool = Field(
         False, description="Right turns leave before the stop line and yield, never wait for green."
     )
+    right_on_red: bool = Field(
+        True, description="Whether right turns may go on red, after a stop; false: they wait."
+    )
 
     @field_validator("heading")
     @classmethod

@@ -25,7 +25,7 @@ from benchmark.plumbing.messages import explain
 from benchmark.plumbing.models import Table
 from benchmark.scenario.demand import LARGEST_COUNT, Demand
 from benchmark.scenario.evaluation import Evaluation, Zones
-from benchmark.scenario.layout import COMPASS, TURNS, Approaches
+from benchmark.scenario.layout import COMPASS, LETTERS, TURNS, Approaches
 from benchmark.scenario.signal import Signal
 from benchmark.scenario.vehicles import VehicleClass
 
@@ -102,6 +102,8 @@ class Scenario(Table):
                 "upstream_lanes": approach.upstream_lanes or len(approach.lane_turns),
                 "exit_lanes": approach.exit_lanes or self.approaches.lanes_beyond(name),
             }
+            if approach.right_on_red:  # as in files that are older than the key
+                del meaning["approaches"][name]["right_on_red"]
         canonical = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
 
@@ -150,6 +152,10 @@ class Scenario(Table):
         copy = scaled.model_copy()
         copy._name = f"{self.name}@{total:g}"
         return copy
+
+    def with_programs(self, programs: Mapping[str, Signal]) -> "Scenario":
+        """The same scenario with other signal programs, by junction."""
+        return self.model_copy(update={"signal": programs.get(CENTRE, self.signal)})
 
     def with_evaluation(self, evaluation: Evaluation) -> "Scenario":
         """The same scenario, evaluated otherwise."""
@@ -241,6 +247,11 @@ class Scenario(Table):
         for movement in movements:
             if movement not in green and not movement.endswith("R"):
                 yield f'signal.phases: movement "{movement}" is never green; add it to a phase'
+        for name, approach in self.approaches.items():
+            own = {movement for movement in green if movement.startswith(f"{LETTERS[name]}-")}
+            turn = f"{LETTERS[name]}-R"
+            if turn in movements and not (own or approach.right_on_red or approach.slip_lane):
+                yield f'signal.phases: movement "{turn}" is never green; add it to a phase'
 
 
 def load_scenario(path: Path) -> Scenario:

@@ -67,6 +67,19 @@ class Signal(Table):
         return {phase.name: frozenset(phase.movements) for phase in self.phases}
 
     @property
+    def words(self) -> str:
+        """The program in a line, as in ``fixed, cycle 64 s (yellow 3 s, all red 1 s): ...``."""
+        upto = "up to " if self.kind == "actuated" else ""
+        greens = (
+            f"{phase.name} {f'{phase.minimum_green:g} to ' if upto else ''}{phase.green:g} s"
+            for phase in self.phases
+        )
+        return (
+            f"{self.kind}, cycle {upto}{self.cycle:g} s (yellow {self.yellow:g} s, "
+            f"all red {self.all_red:g} s): {'; '.join(greens)}"
+        )
+
+    @property
     def cycle(self) -> float:
         """The cycle time with every green at its length in the file [s]."""
         return sum(phase.green + self.yellow + self.all_red for phase in self.phases)

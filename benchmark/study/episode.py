@@ -201,6 +201,7 @@ def _run(
         routes_hash=world.routes.hash,
         weights_hash=decider.weights_hash,
         trained_on=decider.trained_on,
+        programs={name: signal.words for name, signal in decider.programs.items()} or None,
         junctions=world.junction_metrics(),
         trips=trips,
         **facts,

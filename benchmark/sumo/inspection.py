@@ -6,14 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from benchmark.control.intersection import Movement
+from benchmark.control.intersection import Intersection, Movement
+from benchmark.scenario.plausibility import doubts
 from benchmark.scenario.scenario import Scenario
-from benchmark.sumo import demand, network, signals, webster
+from benchmark.sumo import demand, network, saturation, signals, webster
 from benchmark.sumo.demand import Routes
 from benchmark.sumo.junction import Junction, movement_of
 from benchmark.sumo.network import Network
 
 SEEDS_ROUTED = 5  # seeds whose routes are compared with the counts
+MARGIN = 0.5  # s by which yellow and all-red may be below what Webster's proposal would have
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +25,8 @@ class TurnShare:
     movement: str
     wanted: float  # share of the approach's vehicles by the counts
     realised: float  # share by the routes
-    expected_vehicles: float  # by the counts
-    vehicles: int  # in the routes
+    expected_vehicles: float  # by the counts, over all seeds
+    vehicles: int  # in the routes of all seeds
 
     @property
     def deviates(self) -> bool:
@@ -57,17 +59,17 @@ def inspect(scenario: Scenario) -> Inspection:
     }
     programs = scenario.programs
     signals.check_programs(scenario, programs, roads)
-    saturation = {
-        name: webster.degrees_of_saturation(scenario, roads.junctions[name].intersection, signal)
+    degrees = {
+        name: saturation.degrees_of_saturation(scenario, roads.junctions[name].intersection, signal)
         for name, signal in programs.items()
     }
     findings = [
         *_of_routes(shares, "\n".join(dict.fromkeys(drawn.warnings for drawn in routes))),
-        *_of_signal(scenario, saturation),
+        *_of_signal(scenario, roads, degrees),
         *_of_stopping(scenario, roads),
-        *_of_time(scenario),
+        *doubts(scenario),
     ]
-    return Inspection(scenario, roads.hash, shares, saturation, findings)
+    return Inspection(scenario, roads.hash, shares, degrees, findings)
 
 
 def turn_shares(
@@ -114,24 +116,38 @@ def _of_routes(shares: Mapping[str, list[TurnShare]], warnings: str) -> Iterator
     for share in chain.from_iterable(shares.values()):
         if share.deviates:
             yield (
-                f"{share.movement}: {share.vehicles} vehicles were routed where the counts ask for "
-                f"{share.expected_vehicles:.0f}"
+                f"{share.movement}: {share.vehicles} vehicles were routed over {SEEDS_ROUTED} "
+                f"seeds where the counts ask for {share.expected_vehicles:.0f}"
             )
     for line in warnings.splitlines():
         if line:
             yield f"jtrrouter: {line}"
 
 
-def _of_signal(scenario: Scenario, saturation: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+def _of_signal(
+    scenario: Scenario, roads: Network, saturation: Mapping[str, Mapping[str, float]]
+) -> Iterator[str]:
     if saturation.keys() < scenario.junctions.keys():
         yield "no signal: traffic-light and its kin will be skipped"
-    for degrees in saturation.values():
-        for movement, degree in degrees.items():
-            if degree > 1:
-                yield (
-                    f"{movement}: degree of saturation {degree:.2f}; its queue grows under the "
-                    "signal"
-                )
+    for name, signal in scenario.programs.items():
+        intersection = roads.junctions[name].intersection
+        for key, least in webster.change_times(intersection)._asdict().items():
+            if (here := getattr(signal, key)) < least - MARGIN:
+                yield f"signal.{key}: {here:g} s; the speed limits and ways ask for {least:.1f} s"
+        yield from _of_queues(intersection, saturation[name])
+
+
+def _of_queues(intersection: Intersection, degrees: Mapping[str, float]) -> Iterator[str]:
+    """Movements over capacity; those of a lane group together."""
+    groups: dict[tuple[str, float], list[str]] = {}
+    for movement, degree in degrees.items():
+        if degree > 1:
+            groups.setdefault((intersection.movements[movement].approach, degree), []).append(
+                movement
+            )
+    for (_, degree), names in groups.items():
+        queues = "its queue grows" if len(names) == 1 else "their queue grows"
+        yield f"{' and '.join(names)}: degree of saturation {degree:.2f}; {queues} under the signal"
 
 
 def _of_stopping(scenario: Scenario, roads: Network) -> Iterator[str]:
@@ -149,18 +165,3 @@ def _of_stopping(scenario: Scenario, roads: Network) -> Iterator[str]:
                         f"{speed:g} m/s but decides only {reach:g} m before the entrance; "
                         f"lengthen decision_zone or set speed_cap"
                     )
-
-
-def _of_time(scenario: Scenario) -> Iterator[str]:
-    begin = min(period.begin for period in scenario.demand)
-    end = max(period.end for period in scenario.demand)
-    if begin > 0:
-        yield f"demand begins at {begin:g} s; until then nobody comes"
-    if end < scenario.evaluation.duration:
-        yield f"demand ends at {end:g} s, before duration ({scenario.evaluation.duration:g} s)"
-    for name, approach in scenario.approaches.items():
-        if approach.length < scenario.intersection.control_zone:
-            yield (
-                f"approaches.{name}: length ({approach.length:g} m) is shorter than control_zone "
-                f"({scenario.intersection.control_zone:g} m); queues are cut off"
-            )

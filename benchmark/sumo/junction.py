@@ -1,7 +1,7 @@
 """A junction of a network: sumolib reads its movements, lanes and the ways inside."""
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
@@ -44,6 +44,7 @@ class Junction:
     yielding: frozenset[str] = (
         frozenset()
     )  # movements that a light never stops: right turns from slip lanes
+    waiting: frozenset[str] = frozenset()  # right turns that may not go on red
 
 
 def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
@@ -52,7 +53,12 @@ def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
 
 
 def read_junction(
-    network: Any, name: str, ruled: Ruled, step: float, slip_roads: Collection[str] = ()
+    network: Any,
+    name: str,
+    ruled: Ruled,
+    step: float,
+    slip_roads: Collection[str] = (),
+    waiting_roads: Collection[str] = (),
 ) -> Junction:
     """The junction that a traffic light rules, or stop signs.
 
@@ -62,18 +68,24 @@ def read_junction(
         ruled: what the scenario says of the junction.
         step: simulated time between two calls of a controller [s].
         slip_roads: incoming edges whose right turns leave by a slip lane.
+        waiting_roads: incoming edges whose right turns may not go on red.
     """
-    return _Reader(network, name, ruled, step, slip_roads).junction()
+    junction = _Reader(network, name, ruled, step).junction()
+    rights = [turn for turn in junction.intersection.movements.values() if turn.turn == "R"]
+    return replace(
+        junction,
+        yielding=frozenset(turn.id for turn in rights if turn.approach in slip_roads),
+        waiting=frozenset(
+            turn.id for turn in rights if turn.approach in {*waiting_roads} - {*slip_roads}
+        ),
+    )
 
 
 class _Reader:
     """Reads one junction: everything from connections, foes and shapes, nothing from names."""
 
-    def __init__(
-        self, network: Any, name: str, ruled: Ruled, step: float, slip_roads: Collection[str]
-    ) -> None:
+    def __init__(self, network: Any, name: str, ruled: Ruled, step: float) -> None:
         self.network, self.name, self.ruled, self.step = network, name, ruled, step
-        self.slip_roads = slip_roads
         lit = any(light.getID() == name for light in network.getTrafficLights())
         self.links = self._lit_connections() if lit else self._signed_connections()
         self.names = self._movement_names()
@@ -133,11 +145,6 @@ class _Reader:
             zone=self._zone(zones.control_zone),
             inside=dict(self._inside()),
             roads=self.names,
-            yielding=frozenset(
-                name
-                for name, movement in movements.items()
-                if movement.turn == "R" and movement.approach in self.slip_roads
-            ),
         )
 
     def _approaches(self) -> list[Any]:

@@ -101,8 +101,9 @@ def _read(path: Path, scenario: Scenario) -> dict[str, Junction]:
     """Every junction of a network that the scenario rules."""
     network, step = open_network(path), scenario.evaluation.step
     slips = {name for name, approach in scenario.approaches.items() if approach.slip_lane}
+    waiting = {name for name, approach in scenario.approaches.items() if not approach.right_on_red}
     return {
-        name: read_junction(network, name, ruled, step, slips)
+        name: read_junction(network, name, ruled, step, slips, waiting)
         for name, ruled in sorted(scenario.junctions.items())
     }
 

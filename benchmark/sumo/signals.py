@@ -109,8 +109,9 @@ def _width(junction: Junction) -> int:
 def green(junction: Junction, phase: SignalPhase) -> str:
     """The state of a phase's green, a letter per link in SUMO's alphabet.
 
-    Right turns follow US practice: with their approach green they go and yield to merging
-    traffic, on red they stop first, from a slip lane they only yield.
+    Right turns follow US practice: with their approach green, or in a phase that names them, they
+    go and yield to merging traffic; on red they stop first, where they may go at all; from a slip
+    lane they only yield.
     """
     approaches = {junction.intersection.movements[name].approach for name in phase.movements}
     state = ["r"] * _width(junction)
@@ -118,7 +119,7 @@ def green(junction: Junction, phase: SignalPhase) -> str:
         movement = junction.intersection.movements[name]
         if movement.turn == "R":
             goes = name in junction.yielding or movement.approach in approaches
-            state[index] = "g" if goes else "s"
+            state[index] = "g" if goes else "r" if name in junction.waiting else "s"
         elif name in phase.permitted:
             state[index] = "g"
         elif name in phase.movements:

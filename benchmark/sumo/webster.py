@@ -1,166 +1,70 @@
-"""Webster's method: saturation flows, degrees of saturation, cycle and splits from counts.
+"""Webster's method: phases, cycle and splits from counts.
 
 F. V. Webster, Traffic Signal Settings, Road Research Technical Paper 39, 1958. Effective green is
 taken as displayed green, so the lost time of a phase is its yellow and all-red.
 """
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from benchmark.control.intersection import Intersection, Movement
+from benchmark.control.intersection import Intersection
+from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario.scenario import Scenario
 from benchmark.scenario.signal import Signal, SignalPhase
-from benchmark.scenario.vehicles import Idm, VehicleClass
+from benchmark.sumo.saturation import LaneGroup, Loading, lane_groups
 
 SHORTEST_CYCLE, LONGEST_CYCLE = 40.0, 180.0  # s
+SHORTEST_GREEN = 5.0  # s
+FIRST_GREEN = 25.0  # s, from which splits are sought
 PRACTICAL = 0.95  # sum of critical flow ratios above which the longest cycle is taken
-CRITICAL_GAP, FOLLOW_UP = 4.5, 2.5  # s, of permitted lefts (HCM 2010, exhibit 31-20 region)
-REACTION, BRAKING = 1.0, 3.05  # s and m/s2 of the yellow's length (ITE)
-KERB_LENGTHS = {"passenger": 5.0, "truck": 7.1, "bus": 12.0, "motorcycle": 2.2}  # m, SUMO's
-
-
-def saturation_flow(scenario: Scenario, movement: Movement) -> float:
-    """What one lane of a movement discharges while its queue lasts [veh/h].
-
-    The greatest equilibrium flow ``3600 v / (gap(v) + length)`` of the scenario's drivers at the
-    speed that their way allows; measured discharge agrees within 5 % for cross movements.
-    """
-    free = min(way.speed_limit for way in movement.ways)
-    if scenario.intersection.speed_cap:
-        free = min(free, scenario.intersection.speed_cap)
-    headway = sum(
-        vehicle.share / _capacity(vehicle, free) for vehicle in scenario.vehicles.values()
-    )
-    return 3600 / headway
-
-
-def _capacity(vehicle: VehicleClass, free: float) -> float:
-    """Greatest equilibrium flow of a class [veh/s]; gaps by the car-following model's equation."""
-    driver, length = vehicle.car_following, vehicle.length or KERB_LENGTHS[vehicle.kind]
-    speeds = [free * step / 200 for step in range(1, 200)]
-
-    def gap(speed: float) -> float:
-        wanted = driver.minimum_gap + driver.headway * speed
-        if isinstance(driver, Idm):
-            return wanted / math.sqrt(1 - (speed / free) ** 4)
-        return wanted
-
-    return max(speed / (gap(speed) + length) for speed in speeds)
-
-
-@dataclass(frozen=True)
-class LaneGroup:
-    """Movements of one approach that share lanes, and what they ask for."""
-
-    movements: tuple[str, ...]
-    lanes: int
-
-    def flow_ratio(
-        self, scenario: Scenario, intersection: Intersection, phase: SignalPhase
-    ) -> float:
-        """Demand over saturation flow while a phase is green, y in Webster's method."""
-        return (
-            sum(
-                count(scenario, intersection, name)
-                / _saturation_in(scenario, intersection, phase, name)
-                for name in self.movements
-            )
-            / self.lanes
-        )
-
-
-def lane_groups(intersection: Intersection) -> list[LaneGroup]:
-    """Regulated movements joined where they share a lane; right turns filter and are left out."""
-    groups: list[set[str]] = []
-    for lane in intersection.lanes.values():
-        served = {name for name in lane.movements if intersection.movements[name].regulated}
-        if not served:
-            continue
-        joined = [group for group in groups if group & served]
-        groups = [group for group in groups if not group & served]
-        groups.append(served.union(*joined))
-    return [
-        LaneGroup(
-            tuple(sorted(group)),
-            sum(bool(group & set(lane.movements)) for lane in intersection.lanes.values()),
-        )
-        for group in sorted(groups, key=sorted)
-    ]
-
-
-def count(scenario: Scenario, intersection: Intersection, movement: str) -> float:
-    """A movement's turning count in the peak period [veh/h]."""
-    road = intersection.movements[movement]
-    return scenario.peak.counts(road.approach).of(road.turn)
-
-
-def _saturation_in(
-    scenario: Scenario, intersection: Intersection, phase: SignalPhase, movement: str
-) -> float:
-    """Saturation flow of one lane in a phase; a permitted movement filters through gaps [veh/h]."""
-    protected = saturation_flow(scenario, intersection.movements[movement])
-    if movement not in phase.permitted:
-        return protected
-    opposing = (
-        sum(
-            count(scenario, intersection, other)
-            for other in sorted(intersection.movements[movement].conflicts & set(phase.movements))
-        )
-        / 3600
-    )
-    if opposing == 0:
-        return protected
-    filtered = opposing * math.exp(-opposing * CRITICAL_GAP) / -math.expm1(-opposing * FOLLOW_UP)
-    return min(protected, 3600 * filtered)
-
-
-def degrees_of_saturation(
-    scenario: Scenario, intersection: Intersection, signal: Signal
-) -> dict[str, float]:
-    """Demand over capacity of each regulated movement under a program; 1 is saturated."""
-    degrees = {}
-    for group in lane_groups(intersection):
-        shares = [
-            phase.green / signal.cycle / ratio
-            for phase in signal.phases
-            if set(group.movements) & set(phase.movements)
-            and (ratio := group.flow_ratio(scenario, intersection, phase)) > 0
-        ]
-        degree = 1 / sum(shares) if shares else 0.0
-        degrees.update(dict.fromkeys(group.movements, degree))
-    return degrees
+REACTION, BRAKING = 1.0, 3.05  # s and m/s2, of the yellow's length
+VEHICLE_LENGTH = 5.0  # m, of the all-red's length
 
 
 def retimed(scenario: Scenario, intersection: Intersection, signal: Signal) -> Signal:
-    """A program with the phases of another, and cycle and splits by Webster's method."""
-    ratios = [_critical(scenario, intersection, phase) for phase in signal.phases]
-    greens = _splits(ratios, signal)
-    phases = tuple(
-        phase.model_copy(update={"green": green, "minimum_green": min(phase.minimum_green, green)})
-        for phase, green in zip(signal.phases, greens, strict=True)
-    )
-    return signal.model_copy(update={"kind": "fixed", "phases": phases})
+    """A program with the phases of another, and cycle and splits by Webster's method.
 
-
-def _critical(scenario: Scenario, intersection: Intersection, phase: SignalPhase) -> float:
-    return max(
-        (
-            group.flow_ratio(scenario, intersection, phase)
-            for group in lane_groups(intersection)
-            if set(group.movements) & set(phase.movements)
-        ),
-        default=0.0,
-    )
+    How many turn right on red depends on the splits, so they are computed twice. No green is
+    shorter than its phase's minimum.
+    """
+    for _ in range(2):
+        loading = Loading(scenario, intersection, signal)
+        greens = _splits([loading.critical_ratio(phase) for phase in signal.phases], signal)
+        phases = tuple(
+            phase.model_copy(update={"green": green})
+            for phase, green in zip(signal.phases, greens, strict=True)
+        )
+        signal = signal.model_copy(update={"kind": "fixed", "phases": phases})
+    return signal
 
 
 def _splits(ratios: Sequence[float], signal: Signal) -> list[float]:
-    """Greens to whole seconds: ``C = (1.5 L + 5) / (1 - Y)``, ``g_i = (C - L) y_i / Y``."""
+    """Greens to whole seconds: ``C = (1.5 L + 5) / (1 - Y)``, ``g_i = (C - L) y_i / Y``.
+
+    A phase whose share is below its minimum has the minimum, which the others' share then counts as
+    time lost.
+    """
     lost = len(ratios) * (signal.yellow + signal.all_red)
-    total = sum(ratios)
-    wanted = (1.5 * lost + 5) / (1 - total) if total < PRACTICAL else LONGEST_CYCLE
-    cycle = min(max(wanted, SHORTEST_CYCLE, lost + 5.0 * len(ratios)), LONGEST_CYCLE)
-    return [max(5.0, round((cycle - lost) * ratio / total)) if total else 5.0 for ratio in ratios]
+    least = [max(SHORTEST_GREEN, phase.minimum_green) for phase in signal.phases]
+    held: set[int] = set()
+    while True:
+        taken = sum(least[index] for index in held)
+        total = sum(ratio for index, ratio in enumerate(ratios) if index not in held)
+        spare = _cycle(1.5 * lost + 5, total, taken) - lost - taken
+        greens = [
+            least[index] if index in held or not total else spare * ratio / total
+            for index, ratio in enumerate(ratios)
+        ]
+        short = {index for index, green in enumerate(greens) if green < least[index]} - held
+        if not short:
+            return [max(float(round(g)), m) for g, m in zip(greens, least, strict=True)]
+        held |= short
+
+
+def _cycle(overhead: float, ratio: float, taken: float) -> float:
+    """Webster's cycle, within bounds, where some phases have taken their minimum [s]."""
+    wanted = (overhead + taken) / (1 - ratio) if ratio < PRACTICAL else LONGEST_CYCLE
+    return max(min(max(wanted, SHORTEST_CYCLE), LONGEST_CYCLE), taken)
 
 
 def propose_program(scenario: Scenario, intersection: Intersection) -> Signal:
@@ -169,9 +73,17 @@ def propose_program(scenario: Scenario, intersection: Intersection) -> Signal:
     Of all ways to put the lane groups into phases the one with the least total flow ratio and lost
     time is taken; lefts lead. Groups whose only conflict is a left on a shared lane may go
     together, the left then yields.
+
+    Raises:
+        ScenarioError: fewer than two groups need a green of their own.
     """
-    yellow, all_red = _change_times(intersection)
-    groups = lane_groups(intersection)
+    yellow, all_red = _proposed_times(scenario, intersection)
+    groups = list(_groups_to_serve(scenario, intersection))
+    if len(groups) < 2:
+        raise ScenarioError(
+            f"{scenario.name}: nothing for a signal to separate: only "
+            f"{' and '.join(groups[0].movements)} would need a green; run it without a signal"
+        )
 
     def order(phase: SignalPhase) -> tuple[int, bool]:
         return _axis(intersection, phase), "C" in _turns(intersection, phase)
@@ -179,10 +91,12 @@ def propose_program(scenario: Scenario, intersection: Intersection) -> Signal:
     def program(partition: list[list[LaneGroup]]) -> Signal:
         phases = [_phase(intersection, members) for members in partition]
         phases.sort(key=order)
-        return Signal(kind="fixed", yellow=yellow, all_red=all_red, phases=tuple(phases))
+        signal = Signal(kind="fixed", yellow=yellow, all_red=all_red, phases=tuple(phases))
+        return retimed(scenario, intersection, signal)
 
     def cost(signal: Signal) -> tuple[float, int, str]:
-        total = sum(_critical(scenario, intersection, phase) for phase in signal.phases)
+        loading = Loading(scenario, intersection, signal)
+        total = sum(loading.critical_ratio(phase) for phase in signal.phases)
         lost = len(signal.phases) * (yellow + all_red)
         cycle = (1.5 * lost + 5) / (1 - total) if total < 1 else 1e6 * total
         mixed = sum(len(_turns(intersection, phase)) > 1 for phase in signal.phases)
@@ -191,16 +105,53 @@ def propose_program(scenario: Scenario, intersection: Intersection) -> Signal:
     candidates = [
         program(partition) for partition in _partitions(intersection, groups) if len(partition) > 1
     ]
-    return retimed(scenario, intersection, min(candidates, key=cost))
+    return min(candidates, key=cost)
 
 
-def _change_times(intersection: Intersection) -> tuple[float, float]:
-    """Yellow and all-red by the fastest approach, to half seconds (ITE)."""
+def _groups_to_serve(scenario: Scenario, intersection: Intersection) -> Iterator[LaneGroup]:
+    """Lane groups without their right turns, which go with their approach.
+
+    Right turns of an approach that has no others and may not turn on red need a green too.
+    """
+    movements = intersection.movements
+    for group in lane_groups(scenario, intersection):
+        regulated = {name for name in group.movements if movements[name].regulated}
+        approach = movements[group.movements[0]].approach
+        alone = not any(m.regulated for m in movements.values() if m.approach == approach)
+        if not regulated and alone and not scenario.approaches.of(approach).right_on_red:
+            regulated = set(group.movements)
+        if regulated:
+            lanes = (lane & regulated for lane in group.lanes)
+            yield LaneGroup(tuple(sorted(regulated)), tuple(filter(None, lanes)))
+
+
+class ChangeTimes(NamedTuple):
+    """Between two phases [s]."""
+
+    yellow: float
+    all_red: float
+
+
+def change_times(intersection: Intersection) -> ChangeTimes:
+    """Yellow and all-red by the fastest approach and the longest way.
+
+    ``y = t + v / (2 a)`` and ``r = (W + L) / v - 1`` (McGee et al., Guidelines for Timing Yellow
+    and All-Red Intervals at Signalized Intersections, NCHRP Report 731, 2012), within bounds.
+    """
     fastest = max(lane.speed_limit for lane in intersection.lanes.values())
     longest = max(way.length for road in intersection.movements.values() for way in road.ways)
     yellow = min(max(REACTION + fastest / (2 * BRAKING), 3.0), 5.0)
-    all_red = min(max((longest + 5.0) / fastest, 1.0), 2.0)
-    return round(2 * yellow) / 2, round(2 * all_red) / 2
+    all_red = min(max((longest + VEHICLE_LENGTH) / fastest - 1, 1.0), 3.0)
+    return ChangeTimes(yellow, all_red)
+
+
+def _proposed_times(scenario: Scenario, intersection: Intersection) -> list[float]:
+    """Yellow and all-red to half seconds, never shorter than the scenario's own."""
+    deployed = scenario.junctions[intersection.id].signal
+    return [
+        max(round(2 * time) / 2, getattr(deployed, key, 0.0))
+        for key, time in change_times(intersection)._asdict().items()
+    ]
 
 
 def _partitions(
@@ -230,10 +181,10 @@ def _together(intersection: Intersection, first: LaneGroup, second: LaneGroup) -
 def _yielder(
     intersection: Intersection, first: LaneGroup, second: LaneGroup, a: str, b: str
 ) -> str | None:
-    """Which of two conflicting movements yields: a left on a shared lane to a cross movement."""
+    """Which of two conflicting movements yields: a left on a shared lane."""
     for group, movement, against in ((first, a, b), (second, b, a)):
         turns = [intersection.movements[name].turn for name in (movement, against)]
-        if len(group.movements) > 1 and turns == ["L", "C"]:
+        if len(group.movements) > 1 and turns in (["L", "C"], ["L", "L"]):
             return movement
     return None
 
@@ -249,9 +200,7 @@ def _phase(intersection: Intersection, members: Sequence[LaneGroup]) -> SignalPh
         if intersection.conflict(a, b) and (yielding := _yielder(intersection, first, second, a, b))
     }
     names = [name for group in members for name in group.movements]
-    return SignalPhase(
-        movements=tuple(names), permitted=tuple(permitted), green=5.0, minimum_green=5.0
-    )
+    return SignalPhase(movements=tuple(names), permitted=tuple(permitted), green=FIRST_GREEN)
 
 
 def _axis(intersection: Intersection, phase: SignalPhase) -> int:

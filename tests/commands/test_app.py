@@ -148,6 +148,15 @@ def test_show_writes_a_drawing(
     assert len(drawing) > 10_000
 
 
+def test_show_draws_the_program_that_a_controller_runs(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text(tomli_w.dumps(edited({"signal.phases.1.minimum_green": 17})))
+    command("show", "a.toml", "--controller", "traffic-light-webster", "-o", "a.svg")
+    assert ">17 s<" in (tmp_path / "a.svg").read_text()
+    refused = command("show", "a.toml", "--controller", "first-come")
+    assert refused.returncode == 2
+    assert "first-come: shows no signal program; expected one that does" in refused.stderr
+
+
 @pytest.mark.parametrize("name", SMOKE)
 def test_the_proposed_signal_passes_check_in_place_of_the_deployed_one(
     command: Command, tmp_path: Path, name: str

@@ -10,6 +10,7 @@ import matplotlib
 import numpy as np
 import pytest
 from factories.scenarios import ROOT
+from factories.scenarios import parsed as changed_crossing
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.image import imread
@@ -18,6 +19,7 @@ from benchmark.pictures import axes, geometry
 from benchmark.pictures.sheet import signal_program, whole
 from benchmark.plumbing.errors import UsageError
 from benchmark.scenario import scenario
+from benchmark.scenario.demand import busiest
 from benchmark.sumo import ground, network
 
 SMOKE = ROOT / "scenarios" / "smoke"
@@ -46,7 +48,7 @@ def test_the_panels_of_a_page_hold_plan_and_counts_each_by_itself() -> None:
         name: "".join(ElementTree.fromstring(text).itertext()) for name, text in panels.items()
     }
     assert "northbound (N)" in words["plan"]
-    assert f"N-C  {crossing.demand[0].northbound.cross:.0f}" in words["counts"]
+    assert f"N-C  {busiest(crossing.demand).northbound.cross:.0f}" in words["counts"]
     assert "northbound" not in words["counts"]
     assert whole.panels(crossing) == panels
 
@@ -159,6 +161,25 @@ def test_a_green_that_goes_on_has_no_yellow_between_phases() -> None:
     assert through == ["green", "green", "yellow", "all red"]
     alone = list(signal_program.lights(signal, "N-L"))
     assert alone == [(36.0, 10.0, "green"), (46.0, 3.0, "yellow"), (49.0, 1.0, "all red")]
+
+
+def test_a_right_turn_that_a_phase_names_has_a_row_and_no_turn_on_red_is_said(
+    tmp_path: Path,
+) -> None:
+    changes = {
+        "signal.phases.2": {"movements": ["E-L", "W-L", "N-R"], "green": 10},
+        "approaches.northbound.right_on_red": False,
+    }
+    whole.draw(changed_crossing(changes), target := tmp_path / "drawing.svg")
+    words = drawn_words(target)
+    assert words.count("N-R") == 1 + drawn_before(tmp_path).count("N-R")
+    assert "No turn on red: northbound." in words
+
+
+def drawn_before(folder: Path) -> list[str]:
+    """The words of the drawing of the unchanged crossing."""
+    whole.draw(changed_crossing(), target := folder / "before.svg")
+    return drawn_words(target)
 
 
 def test_flows_are_as_wide_as_their_counts_and_begin_and_end_on_their_roads() -> None:

@@ -1,5 +1,6 @@
 """The suite: which episodes a study holds, and worker processes that survive bad controllers."""
 
+import re
 from collections import Counter
 from itertools import product
 from pathlib import Path
@@ -11,7 +12,7 @@ from factories.scenarios import smoke
 
 from benchmark.control import plugins
 from benchmark.plumbing.errors import ControllerError
-from benchmark.study.episode import Episode
+from benchmark.study.episode import Episode, run_episode
 from benchmark.study.episodes import all_episodes
 from benchmark.study.pool import LocalPool
 
@@ -131,3 +132,13 @@ def test_a_suite_that_is_stopped_early_leaves_no_worker_behind() -> None:
     children = psutil.Process().children(recursive=True)
     workers = [one for one in children if "spawn_main" in str(one.cmdline())]
     assert not psutil.wait_procs(workers, timeout=PATIENCE)[1]
+
+
+def test_a_record_says_which_signal_program_ran() -> None:
+    record = run_episode(Episode(smoke("tee"), "traffic-light-webster", None, 1))
+    assert record.programs is not None
+    assert re.fullmatch(
+        r"fixed, cycle \d+ s \(yellow 3 s, all red 1 s\): .*N-L.* \d+ s",
+        record.programs["intersection"],
+    )
+    assert run_episode(Episode(smoke("tee"), "unsignalised", None, 1)).programs is None

@@ -63,7 +63,12 @@ def test_a_sound_scenario_has_no_findings(scenario: Scenario) -> None:
         ),
         (FAST | {"evaluation.step": 0.25}, []),
         (FAST | {"intersection.decision_zone": 36}, []),
-        (FAST | {f"approaches.{name}.speed_limit": 12.5 for name in APPROACHES}, []),
+        (
+            FAST
+            | {"signal.all_red": 1.5}
+            | {f"approaches.{name}.speed_limit": 12.5 for name in APPROACHES},
+            [],
+        ),
         (
             HALF_TRUCKS,
             [
@@ -95,8 +100,8 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
     assert first.startswith("N-C: degree of saturation")
     assert others == [
         *findings(FAST),
-        *findings({"demand.0.end": 40}),
         *findings({"approaches.southbound.length": 60}),
+        *findings({"demand.0.end": 40}),
     ]
 
 
@@ -110,10 +115,10 @@ def test_demand_ends_with_its_last_period() -> None:
 def test_an_inspection_says_how_saturated_and_how_well_routed_each_movement_is() -> None:
     scenario = smoke("tee").with_demand(0.3)
     found = inspection.inspect(scenario)
-    regulated = {"N-L", "E-C", "W-C", "W-L"}
-    assert found.saturation["intersection"].keys() == regulated
+    movements = {"N-L", "N-R", "E-C", "E-R", "W-C", "W-L"}
+    assert found.saturation["intersection"].keys() == movements
     assert all(0 < degree < 1 for degree in found.saturation["intersection"].values())
-    assert {share.movement for share in found.shares["intersection"]} == regulated | {"N-R", "E-R"}
+    assert {share.movement for share in found.shares["intersection"]} == movements
     assert found.scenario is scenario
     assert re.fullmatch("[0-9a-f]{64}", found.network_hash)
     assert inspection.inspect(parsed({"signal": DROP})).saturation == {}

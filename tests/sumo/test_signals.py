@@ -119,6 +119,40 @@ def test_a_green_shows_each_link_its_letter(phase: int, shown: dict[str, str]) -
     assert letters(junction, lights) == shown
 
 
+def test_a_right_turn_that_may_not_go_on_red_sees_red() -> None:
+    _, signal, found = built({"approaches.northbound.right_on_red": False})
+    junction = found.junctions["intersection"]
+    lights = [letters(junction, signals.green(junction, phase)) for phase in signal.phases]
+    assert [shown["N-R"] for shown in lights] == ["g", "g", "r", "r"]
+    assert [shown["S-R"] for shown in lights] == ["g", "g", "s", "s"]
+    yellow = signals.between(junction, signal.phases[1], signal.phases[2], "y")
+    assert letters(junction, yellow)["N-R"] == "y"
+
+
+def test_a_phase_that_names_a_right_turn_gives_it_green_beside_the_lefts_of_the_cross_street() -> (
+    None
+):
+    overlap = {"movements": ["E-L", "W-L", "N-R", "S-R"], "green": 10}
+    changes = {f"approaches.{name}.right_on_red": False for name in ("northbound", "southbound")}
+    scenario, signal, found = built({"signal.phases.2": overlap, **changes})
+    check(scenario, signal, found)
+    junction = found.junctions["intersection"]
+    lights = letters(junction, signals.green(junction, signal.phases[2]))
+    assert (lights["N-R"], lights["S-R"], lights["N-C"], lights["E-L"]) == ("g", "g", "r", "G")
+
+
+def test_a_right_turn_that_no_phase_lets_go_is_refused() -> None:
+    changes: dict[str, Any] = {
+        "approaches.northbound.right_on_red": False,
+        "approaches.northbound.lanes": "R",
+        "demand.0.northbound": {"left": 0, "cross": 0, "right": 50},
+        "signal.phases.0.movements": ["S-L"],
+        "signal.phases.1.movements": ["S-C"],
+    }
+    with pytest.raises(ScenarioError, match='movement "N-R" is never green; add it to a phase'):
+        parsed(changes)
+
+
 def test_a_permitted_green_is_a_small_g() -> None:
     _, signal, found = conflicting(permitted=["N-L"])
     junction = found.junctions["intersection"]

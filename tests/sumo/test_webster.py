@@ -1,95 +1,19 @@
-"""Webster's method against values worked out by hand, and proposals that can be driven."""
+"""Webster's cycle and splits against values worked out by hand; proposals can be driven."""
 
-import math
 from typing import Any
 
 import pytest
-from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
+from factories.counts import PERMITTED, by_flow_ratios, counted
+from factories.scenarios import DROP, PAPER, SHIPPED, network_of, parsed, shipped
 from factories.traffic import CROSSROADS
-from scipy.optimize import minimize_scalar
 
 from benchmark.control.intersection import Intersection
+from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario.layout import COMPASS
-from benchmark.scenario.scenario import CENTRE, Scenario
+from benchmark.scenario.scenario import CENTRE
 from benchmark.scenario.signal import Signal
 from benchmark.sumo import signals, webster
-from benchmark.sumo.webster import LaneGroup
-
-KRAUSS = {"model": "Krauss", "headway": 1.0, "minimum_gap": 2.5}
-
-PERMITTED = [
-    {"movements": ["N-C", "N-L", "S-C", "S-L"], "permitted": ["N-L", "S-L"], "green": 30},
-    {"movements": ["E-C", "E-L", "W-C", "W-L"], "permitted": ["E-L", "W-L"], "green": 30},
-]
-
-
-def counted(signal: Any = None, **counts: float) -> tuple[Scenario, Signal]:
-    """The crossroads R C C L with counts by movement [veh/h], as in ``N_C=600``; others are 10."""
-    changes: dict[str, Any] = {"vehicles.car": {"share": 1, "length": 5, "car_following": KRAUSS}}
-    for approach in COMPASS:
-        letter = approach[0].upper()
-        changes[f"approaches.{approach}.lanes"] = "R C C L"
-        changes[f"demand.0.{approach}"] = {
-            turn: counts.get(f"{letter}_{turn[0].upper()}", 10)
-            for turn in ("left", "cross", "right")
-        }
-    scenario = parsed(changes | ({"signal": signal} if signal else {}))
-    assert scenario.signal is not None
-    return scenario, scenario.signal
-
-
-def saturation() -> float:
-    """What a lane of the crossroads discharges under Krauss [veh/h]; the same for all turns."""
-    return webster.saturation_flow(counted()[0], CROSSROADS.movements["N-C"])
-
-
-def test_saturation_under_krauss_is_one_vehicle_per_gap_and_length_at_the_speed_cap() -> None:
-    by_hand = 3600 * 10 / (2.5 + 1.0 * 10 + 5)  # m/s over m
-    assert saturation() == pytest.approx(by_hand, rel=0.005)
-
-
-def test_saturation_under_idm_is_the_greatest_equilibrium_flow() -> None:
-    car = {"share": 1, "length": 5, "car_following": {"model": "IDM", "headway": 1.2}}
-    scenario = parsed({"vehicles.car": car})
-
-    def negative_flow(speed: float) -> float:
-        return -speed / ((2.5 + 1.2 * speed) / math.sqrt(1 - (speed / 10) ** 4) + 5)
-
-    best = minimize_scalar(negative_flow, bounds=(0.1, 9.99), method="bounded")
-    found = webster.saturation_flow(scenario, CROSSROADS.movements["N-C"])
-    assert found == pytest.approx(-3600 * best.fun, rel=1e-3)
-
-
-def test_a_slow_way_limits_saturation() -> None:
-    movement = CROSSROADS.movements["N-L"]
-    way = movement.ways[0]
-    slow = type(way)(way.lane, way.exit_lane, way.length, 5.0, ())
-    slowed = type(movement)("N-L", "northbound", "L", movement.exit, (slow,), movement.conflicts)
-    assert webster.saturation_flow(counted()[0], slowed) == pytest.approx(
-        3600 * 5 / (2.5 + 5 + 5), rel=0.005
-    )
-
-
-def test_classes_mix_by_the_time_they_take() -> None:
-    classes = {
-        "car": {"share": 0.8, "length": 5, "car_following": KRAUSS},
-        "bus": {"share": 0.2, "length": 12, "car_following": {**KRAUSS, "headway": 2.0}},
-    }
-    headway = 0.8 * (2.5 + 10 + 5) / 10 + 0.2 * (2.5 + 20 + 12) / 10  # s
-    found = webster.saturation_flow(parsed({"vehicles": classes}), CROSSROADS.movements["N-C"])
-    assert found == pytest.approx(3600 / headway, rel=0.005)
-
-
-def by_flow_ratios(north: float, lefts: float, east: float) -> tuple[Scenario, Signal]:
-    """Counts that give critical flow ratios; cross movements have two lanes, lefts one."""
-    one = saturation()
-    return counted(
-        N_C=2 * one * north,
-        S_C=one * north,
-        E_C=2 * one * east,
-        W_C=one * east,
-        **dict.fromkeys(("N_L", "S_L", "E_L", "W_L"), one * lefts),
-    )
+from benchmark.sumo.network import build_network
 
 
 def test_cycle_and_splits_are_websters() -> None:
@@ -102,39 +26,6 @@ def test_cycle_and_splits_are_websters() -> None:
     assert timed.kind == "fixed"
     assert [phase.name for phase in timed.phases] == [phase.name for phase in signal.phases]
     assert (timed.yellow, timed.all_red) == (signal.yellow, signal.all_red)
-
-
-def test_degrees_of_saturation_are_demand_over_capacity() -> None:
-    scenario, signal = by_flow_ratios(north=0.3, lefts=0.05, east=0.15)
-    degrees = webster.degrees_of_saturation(scenario, CROSSROADS, signal)
-    cycle = 10 + 20 + 10 + 20 + 4 * 5  # s
-    by_hand = {"N-C": 0.3 * cycle / 20, "S-C": 0.15 * cycle / 20, "E-C": 0.15 * cycle / 20}
-    by_hand |= {"W-C": 0.075 * cycle / 20}
-    by_hand |= dict.fromkeys(("N-L", "S-L", "E-L", "W-L"), 0.05 * cycle / 10)
-    assert degrees == pytest.approx(by_hand)
-
-
-def test_a_movement_that_is_green_twice_has_both_greens() -> None:
-    phases = [
-        {"movements": ["N-C", "N-L"], "green": 10},
-        {"movements": ["N-C", "S-C"], "green": 20},
-        {"movements": ["S-C", "S-L"], "green": 10},
-        {"movements": ["E-C", "E-L"], "green": 10},
-        {"movements": ["W-C", "W-L"], "green": 10},
-    ]
-    signal = {"yellow": 3, "all_red": 1, "phases": phases}
-    scenario, found = counted(signal, N_C=2 * 0.3 * saturation())
-    degrees = webster.degrees_of_saturation(scenario, CROSSROADS, found)
-    assert degrees["N-C"] == pytest.approx(0.3 * (60 + 5 * 4) / 30)
-
-
-def test_a_permitted_left_filters_through_the_gaps_of_its_opponents() -> None:
-    scenario, signal = counted({"phases": PERMITTED}, N_L=100, S_C=720)
-    opposing = 720 / 3600  # veh/s
-    capacity = 3600 * opposing * math.exp(-opposing * 4.5) / (1 - math.exp(-opposing * 2.5))
-    degrees = webster.degrees_of_saturation(scenario, CROSSROADS, signal)
-    assert degrees["N-L"] == pytest.approx(100 / capacity * signal.cycle / 30)
-    assert degrees["S-C"] == pytest.approx(720 / 2 / saturation() * signal.cycle / 30)
 
 
 @pytest.mark.parametrize("ratio", [0.225, 0.24, 0.5], ids=["Y = 0.9", "Y = 0.96", "Y = 2"])
@@ -156,48 +47,8 @@ def test_more_demand_gives_a_longer_cycle() -> None:
     assert cycles == sorted(set(cycles))
 
 
-def test_the_peak_period_counts() -> None:
-    quiet, busy = ({"left": 1, "cross": count, "right": 1} for count in (100, 300))
-    periods = [
-        {"begin": 60 * index, "end": 60 * index + 60, **dict.fromkeys(COMPASS, counts)}
-        for index, counts in enumerate([quiet, busy, quiet])
-    ]
-    scenario = parsed({"demand": periods})
-    assert scenario.peak.begin == 60
-    assert webster.count(scenario, CROSSROADS, "N-C") == 300
-
-
-def groups_of(name: str) -> list[LaneGroup]:
-    return webster.lane_groups(intersection_of(name))
-
-
 def intersection_of(name: str) -> Intersection:
     return network_of(name).junctions["intersection"].intersection
-
-
-def test_movements_that_share_a_lane_are_one_group() -> None:
-    assert groups_of("smoke/crossing") == [
-        LaneGroup((f"{letter}-C", f"{letter}-L"), 1) for letter in "ENSW"
-    ]
-    assert groups_of("smoke/asymmetric") == [
-        *(LaneGroup(("E-C",), 1), LaneGroup(("E-L",), 1), LaneGroup(("N-C",), 2)),
-        *(LaneGroup(("N-L",), 1), LaneGroup(("S-C", "S-L"), 2), LaneGroup(("W-C", "W-L"), 1)),
-    ]
-
-
-def test_a_shared_lane_carries_the_flow_ratios_of_its_movements() -> None:
-    name = "smoke/crossing"
-    scenario, intersection = shipped(name), intersection_of(name)
-    group = groups_of(name)[1]
-    phase = webster.propose_program(scenario, intersection_of(name)).phases[0]
-    assert phase.movements == group.movements == ("N-C", "N-L")
-    assert phase.permitted == ()
-    by_hand = sum(
-        scenario.demand[0].northbound.of(movement[-1])
-        / webster.saturation_flow(scenario, intersection.movements[movement])
-        for movement in group.movements
-    )
-    assert group.flow_ratio(scenario, intersection, phase) == pytest.approx(by_hand)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -217,3 +68,57 @@ def test_a_proposal_lets_every_movement_go_safely(name: str) -> None:
 def test_a_proposal_is_retimed_to_itself(name: str) -> None:
     signal = webster.propose_program(shipped(name), intersection_of(name))
     assert webster.retimed(shipped(name), intersection_of(name), signal) == signal
+
+
+@pytest.mark.parametrize("least", [5.0, 12.0, 25.0, 60.0])
+def test_no_green_is_shorter_than_its_minimum(least: float) -> None:
+    scenario, signal = by_flow_ratios(north=0.15, lefts=0.05, east=0.15)
+    phases = [signal.phases[0], signal.phases[1].model_copy(update={"minimum_green": least})]
+    held = signal.model_copy(update={"phases": (*phases, *signal.phases[2:])})
+    free, timed = (webster.retimed(scenario, CROSSROADS, program) for program in (signal, held))
+    assert timed.phases[1].green == max(least, free.phases[1].green)
+    assert timed.phases[1].minimum_green == least
+    assert all(
+        after.green >= before.green for before, after in zip(free.phases, timed.phases, strict=True)
+    )
+
+
+def test_a_green_that_is_held_is_time_lost_for_the_others() -> None:
+    scenario, signal = by_flow_ratios(north=0.15, lefts=0.1, east=0.15)
+    phases = [phase.model_copy(update={"minimum_green": 5.0}) for phase in signal.phases]
+    phases[1] = phases[1].model_copy(update={"green": 40.0, "minimum_green": 40.0})
+    timed = webster.retimed(
+        scenario, CROSSROADS, signal.model_copy(update={"phases": tuple(phases)})
+    )
+    # L = 20 s, Y = 0.35 without the held one, C = (1.5 * 20 + 5 + 40) / (1 - 0.35) = 115.4 s,
+    # greens = (115.4 - 20 - 40) * y / 0.35 = 15.8, 15.8 and 23.7 s
+    assert [phase.green for phase in timed.phases] == [16, 40, 16, 24]
+
+
+def test_splits_count_right_turns_that_share_a_lane() -> None:
+    changes = {f"approaches.{name}.lanes": "RC" for name in COMPASS}
+    quiet = {"left": 0, "cross": 100, "right": 10}
+    demand = {"begin": 0, "end": 60, **dict.fromkeys(COMPASS, quiet)}
+    demand["northbound"] = {"left": 0, "cross": 10, "right": 900}
+    phases = [{"movements": [f"{a}-C", f"{b}-C"], "green": 20} for a, b in ("NS", "EW")]
+    scenario = parsed(changes | {"demand.0": demand, "signal": {"phases": phases}})
+    assert scenario.signal is not None
+    intersection = build_network(scenario).junctions[CENTRE].intersection
+    north, east = webster.retimed(scenario, intersection, scenario.signal).phases
+    assert north.green > 3 * east.green
+
+
+def test_where_one_movement_alone_needs_green_no_program_is_proposed() -> None:
+    changes: dict[str, Any] = {"approaches.westbound": DROP, "signal": DROP}
+    counts = {}
+    for name, lanes in (("northbound", "C"), ("eastbound", "R"), ("southbound", "R")):
+        changes[f"approaches.{name}.lanes"] = lanes
+        counts[name] = {
+            "left": 0,
+            "cross": 300 * (lanes == "C"),
+            "right": 200 * (lanes == "R"),
+        }
+    scenario = parsed(changes | {"demand.0": {"begin": 0, "end": 60, **counts}})
+    intersection = build_network(scenario).junctions[CENTRE].intersection
+    with pytest.raises(ScenarioError, match="nothing for a signal to separate: only N-C would"):
+        webster.propose_program(scenario, intersection)

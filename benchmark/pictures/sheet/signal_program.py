@@ -52,13 +52,16 @@ def _notes(scene: Scene, signal: Signal) -> Iterator[str]:
         yield "Greens are the longest; ticks mark the shortest."
     if any(movement.turn == "R" for movement in scene.intersection.movements.values()):
         yield "Right turns go with any green of their approach and yield; on red they stop first."
+    waiting = [name for name, road in scene.scenario.approaches.items() if not road.right_on_red]
+    if waiting:
+        yield f"No turn on red: {', '.join(waiting)}."
     if any(approach.slip_lane for _, approach in scene.scenario.approaches.items()):
         yield "From a slip lane (broken stop line) they only yield."
 
 
 def _phase_diagram(axes: Axes, scene: Scene, signal: Signal) -> None:
-    """A row per regulated movement over one cycle."""
-    movements = scene.intersection.regulated_movements
+    """A row per movement that has lights of its own over one cycle."""
+    movements = _rows(scene, signal)
     axes.set(xlim=(0, signal.cycle), ylim=(len(movements) - 0.4, -0.6))
     axes.set_yticks(range(len(movements)), movements)
     axes.set_xlabel("time in the cycle [s]", labelpad=1)
@@ -77,6 +80,16 @@ def _phase_diagram(axes: Axes, scene: Scene, signal: Signal) -> None:
             if signal.kind == "actuated" and name in phase.movements:
                 shortest = start + phase.minimum_green
                 axes.vlines(shortest, row - 0.36, row + 0.36, colors=INK, linewidth=1.2)
+
+
+def _rows(scene: Scene, signal: Signal) -> list[str]:
+    """Regulated movements, and right turns that a phase names (overlaps)."""
+    named = {name for phase in signal.phases for name in phase.movements}
+    return [
+        name
+        for name, movement in scene.intersection.movements.items()
+        if movement.regulated or name in named
+    ]
 
 
 def _timeline(signal: Signal) -> Iterator[tuple[float, SignalPhase, SignalPhase]]:
@@ -114,7 +127,7 @@ def _phase_heads(axes: Axes, signal: Signal) -> None:
 
 def _light_legend(axes: Axes, scene: Scene, signal: Signal) -> None:
     """The lights that the program shows."""
-    movements = scene.intersection.regulated_movements
+    movements = _rows(scene, signal)
     seen = {light for name in movements for _, length, light in lights(signal, name) if length}
     shown = [light for light in LIGHTS if light in seen]
     axes.legend(

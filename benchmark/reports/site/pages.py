@@ -7,6 +7,7 @@ from typing import Any
 from benchmark.records import measures
 from benchmark.records.leaderboard import MARKS, Row
 from benchmark.records.measures import BY_KEY
+from benchmark.records.record import Record
 from benchmark.records.statistics import CONFIDENCE, ENOUGH, RESAMPLES
 from benchmark.reports.site import charts, methods
 from benchmark.reports.site.contents import Contents, rates
@@ -96,6 +97,7 @@ def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
             "episodes": len(members),
             "drawings": contents.drawings.get(rows[0].scenario_hash, {}),
             "phases": list(program_steps(scenario.signal)) if scenario and scenario.signal else [],
+            "programs": _programs(members),
             "controllers": names,
             "chart": chart,
             "replays": [
@@ -103,6 +105,15 @@ def _scenario(contents: Contents, name: str, rows: Sequence[Row]) -> Page:
             ],
         },
     )
+
+
+def _programs(records: Sequence[Record]) -> dict[tuple[str, str], str]:
+    """The signal programs that ran, by controller and intersection, in words; the newest counts."""
+    return {
+        (record.controller, junction): words
+        for record in records
+        for junction, words in (record.programs or {}).items()
+    }
 
 
 def _controller(
