@@ -132,7 +132,8 @@ def contradictions(
 
 def _said(earlier: object, record: object, besides: AbstractSet[str] = frozenset()) -> object:
     if isinstance(earlier, Entry) and isinstance(record, Entry):
-        names = earlier.model_fields_set - besides
+        known = earlier.model_fields_set - besides
+        names = [name for name in type(earlier).model_fields if name in known]
         return {name: _said(getattr(earlier, name), getattr(record, name)) for name in names}
     if isinstance(earlier, dict) and isinstance(record, dict):
         return {key: _said(earlier.get(key), value) for key, value in record.items()}

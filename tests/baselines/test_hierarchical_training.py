@@ -136,7 +136,7 @@ def test_equal_arguments_give_equal_trajectories() -> None:
 
 
 TINY = (
-    *("traffic.scenarios=['smoke/crossing']", "traffic.rates=[0.6]", "traffic.duration=30"),
+    *("traffic.scenarios=['smoke/crossing@960']", "traffic.rates=[0.6]", "traffic.duration=30"),
     *("traffic.episodes=2", "learner.steps=270", "learner.hidden=[8]"),
     *("validation.rounds=2", "validation.seeds=1", "validation.rates=[0.6]"),
 )

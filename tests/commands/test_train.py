@@ -31,7 +31,7 @@ from benchmark.records.statistics import estimates
 COMMAND = str(Path(sys.executable).parent / "rightofway")
 STEPS = 1500
 TINY = (
-    *("--scenario", "smoke/crossing", "--rate", "0.7", "--steps", str(STEPS)),
+    *("--scenario", "smoke/crossing@960", "--rate", "0.7", "--steps", str(STEPS)),
     *(
         part
         for change in (
@@ -89,7 +89,7 @@ def test_a_run_leaves_weights_manifest_checkpoint_and_logs(finished: Path) -> No
     assert held["seed"] == 1
     assert held["finished"] is True
     assert held["settings"]["learner"]["hidden"] == [16]
-    assert held["settings"]["traffic"]["scenarios"] == ["smoke/crossing"]
+    assert held["settings"]["traffic"]["scenarios"] == ["smoke/crossing@960"]
     assert held["wall_time"] > 0
     assert held["command"][:3] == ["rightofway", "train", "wang"]
     assert {"torch", "stable-baselines3", "rightofway"} <= held["versions"].keys()
@@ -368,7 +368,7 @@ def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path:
     code, said = train(
         tmp_path / "run",
         "--scenario",
-        "smoke/crossing",
+        "smoke/crossing@960",
         "--rate",
         "0.7",
         "--steps",
@@ -377,7 +377,7 @@ def test_what_is_learnt_waits_significantly_less_than_random_decisions(tmp_path:
     )
     assert code == 0, said
     policy = Greedy(load_file(tmp_path / "run" / "weights.safetensors"))
-    scenario = smoke("crossing").with_demand(3.5)
+    scenario = smoke("crossing").at_demand(3360)
     differences = []
     for seed in range(1001, 1013):
         learnt, random = (
