@@ -6,12 +6,16 @@ from dataclasses import dataclass
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
-from benchmark.records.samples import cells_of
+import numpy as np
+
+from benchmark.records.flags import KEPT_OUT, KEPT_OUT_AT_LEAST
+from benchmark.records.samples import Floats, Sample, cells_of
 
 if TYPE_CHECKING:
     import polars
 
 JAMMED = 2 / 3  # of the demand; where fewer get through, the intersection has jammed
+"""It has also jammed where it gridlocked, or where over 5 % of the demand never entered."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +55,7 @@ def capacity_curves(
         scenario, at, total = group.scenario.rpartition("@")
         if at and is_alone and len(sample.seeds):
             by_demand = jams.setdefault((scenario, group.controller, group.rate), {})
-            _, passed = sample.values("throughput")
-            by_demand.setdefault(float(total), []).extend((passed < JAMMED * float(total)).tolist())
+            by_demand.setdefault(float(total), []).extend(_jammed(sample, float(total)))
         elif at and not is_alone:
             left_out.add(scenario)
     for scenario in sorted(left_out):
@@ -68,6 +71,21 @@ def capacity_curves(
         )
         for key in order
     ]
+
+
+def _jammed(sample: Sample, demand: float) -> list[bool]:
+    """By episode, whether too few got through, too many never entered, or nobody moved."""
+
+    def column(key: str) -> Floats:
+        values = sample.by_seed(key)
+        return np.array([values.get(seed, np.nan) for seed in sample.seeds.tolist()])
+
+    never, counted = column("never_inserted"), column("vehicles")
+    kept_out = (never >= KEPT_OUT_AT_LEAST) & (never >= KEPT_OUT * (never + counted))
+    few = column("throughput") < JAMMED * demand
+    locked = ~np.isnan(column("first_gridlock"))
+    jammed: list[bool] = (few | kept_out | locked).tolist()
+    return jammed
 
 
 def capacity_markdown(curves: Iterable[Curve]) -> str:

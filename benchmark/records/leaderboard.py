@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from benchmark.records.flags import flags, marks
 from benchmark.records.measures import HEADLINE, MEASURES
 from benchmark.records.record import Record
 from benchmark.records.samples import Cell, Floats, Group, Sample, cells_of
@@ -39,7 +40,7 @@ class Row:
     other: dict[str, int] = field(default_factory=dict)  # episodes that are not ok, by status
     status: Status = "ok"
     reasons: tuple[str, ...] = ()
-    """Why it is not ok: marks, gridlocks, training seeds, what became of episodes."""
+    """Why it is not ok: marks, flags, gridlocks, training, versions, what became of episodes."""
 
     junction: str | None = None
     """Of several; ``NETWORK`` for the whole network, whose figures are those of whole trips."""
@@ -72,16 +73,12 @@ def rows_of(table: "polars.DataFrame") -> list[Row]:
     cells = cells_of(table)
     figures = _figures(cell.sample for cell in cells)
     references = {cell.place: cell for cell in cells if cell.sample.group.controller == REFERENCE}
-    paired = [_difference(cell, references.get(cell.place)) for cell in cells]
+    pairs = [(cell, references.get(cell.place)) for cell in cells]
+    paired = [_difference(cell, reference) for cell, reference in pairs]
     differences = iter(estimates(values for values in paired if len(values)))
     rows = [
-        _row(
-            cell,
-            references.get(cell.place),
-            figures,
-            next(differences) if len(values) else None,
-        )
-        for cell, values in zip(cells, paired, strict=True)
+        _row(cell, figures, next(differences) if len(values) else None, deserved)
+        for cell, values, deserved in zip(cells, paired, marks(pairs), strict=True)
     ]
     return sorted(rows, key=_order)
 
@@ -120,15 +117,20 @@ def _difference(cell: Cell, reference: Cell | None) -> Floats:
 
 def _row(
     cell: Cell,
-    reference: Cell | None,
     figures: dict[Sample, Figures],
     difference: Estimate | None,
+    deserved: tuple[str, ...],
 ) -> Row:
     group = cell.sample.group
-    beside = _with_network(reference, figures) if reference else {}
-    deserved = marks(_with_network(cell, figures), beside)
     gridlock = _gridlock(cell.sample)
-    reasons = (*deserved, *_gridlocks(cell.sample), *_training(group), *_mishaps(group))
+    reasons = (
+        *deserved,
+        *flags(_with_network(cell, figures)),
+        *_gridlocks(cell.sample),
+        *_training(group),
+        *_versions(group),
+        *_mishaps(group),
+    )
     return Row(
         scenario=cell.scenario,
         scenario_hash=group.scenario_hash,
@@ -181,6 +183,12 @@ def _training(group: Group) -> Iterator[str]:
         yield f"trained on {span} of its evaluation"
 
 
+def _versions(group: Group) -> Iterator[str]:
+    """That different software made the episodes, so that their mean is of no one thing."""
+    if len(group.versions) > 1:
+        yield f"records of {' and '.join(group.versions)} in one mean"
+
+
 def _mishaps(group: Group) -> Iterator[str]:
     """How many episodes are not ok in which way, and the most frequent reason."""
     reasons: dict[str, Counter[str]] = {}
@@ -189,41 +197,3 @@ def _mishaps(group: Group) -> Iterator[str]:
     for status, counted in reasons.items():
         ((reason, _),) = counted.most_common(1)
         yield f"{counted.total()} {status} ({' '.join(reason.split())})"
-
-
-MARKS = {
-    "creeps": "time loss is over 10 % above the signal's, although waiting is below it",
-    "keeps out": "vehicles wait to enter the network, longer than under the signal by over 5 s",
-    "blocks": "throughput is over 10 % below the signal's",
-    "crashes": "more collisions than under the signal",
-}
-"""Why a waiting time below the signal's may be low for the wrong reason."""
-
-
-def marks(figures: dict[str, Estimate], reference: dict[str, Estimate]) -> tuple[str, ...]:
-    """The marks that a row deserves, by comparing means with the signal's row.
-
-    Args:
-        figures: the row's.
-        reference: those of the signal's row; empty where there is none.
-    """
-
-    def pair(key: str) -> tuple[float, float]:
-        if key not in figures or key not in reference:
-            return 0.0, 0.0
-        return figures[key].mean, reference[key].mean
-
-    waiting, signal_waiting = pair("average_waiting_time")
-    if waiting >= signal_waiting:
-        return ()
-    loss, signal_loss = pair("time_loss")
-    delay, signal_delay = pair("insertion_delay")
-    flow, signal_flow = pair("throughput")
-    crashes, signal_crashes = pair("collisions")
-    marked = {
-        "creeps": loss > 1.1 * signal_loss,
-        "keeps out": delay > signal_delay + 5,
-        "blocks": flow < 0.9 * signal_flow,
-        "crashes": crashes > signal_crashes,
-    }
-    return tuple(mark for mark, applies in marked.items() if applies)

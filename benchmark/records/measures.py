@@ -101,6 +101,9 @@ MEASURES = (
             "junctions.waiting_time_per_vehicle.maximum",
             r"\max_{v \in V}\,w_v(t_v)",
             "The longest of the same: who is starved shows here.", brief=False),
+    Measure("vehicles", "vehicles", "veh", 0, "junctions.waiting_time_per_vehicle.vehicles",
+            r"|V|",
+            "Those that the vehicles' waiting times are of.", brief=False, more_is_better=True),
     Measure("time_loss", "time loss", "s", 1, "trips.time_loss",
             r"\frac{1}{|R|}\sum_{v \in R}l_v",
             "l is the time a vehicle lost to driving slower than it wished (SUMO's time loss). "

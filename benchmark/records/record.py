@@ -17,7 +17,7 @@ class Waiting(Entry):
     mean: float = Field(description="[s]")
     p95: float = Field(description="95th percentile [s]")
     maximum: float = Field(description="[s]")
-    vehicles: int
+    vehicles: int = Field(description="[veh]")
 
 
 class JunctionMetrics(Entry):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmark.records.measures import BY_KEY
 from benchmark.records.record import Record
 from benchmark.records.table import FIGURES, NETWORK
 
@@ -26,7 +27,7 @@ BySeed = dict[int, float]
 
 NAMES = ("scenario", "scenario_hash", "controller")
 EPISODE = (*NAMES, "rate", "seed")
-ELSE = ("status", "reason", "rules", "arbitration", "is_trained_on", "junction")
+ELSE = ("status", "reason", "rules", "arbitration", "is_trained_on", "junction", "versions")
 COLUMN = {key: index for index, key in enumerate(FIGURES)}
 CODES = tuple(f"{name} code" for name in NAMES)
 
@@ -82,6 +83,26 @@ def records_in(table: "polars.DataFrame", records: Sequence[Record]) -> list[Rec
     ]
 
 
+def joined(table: "polars.DataFrame") -> "polars.DataFrame":
+    """A table in which a scenario has one name: that of the newest record with its content.
+
+    Files of the same content in two folders are one scenario. At a demand of its own, as in
+    ``334@700``, a scenario keeps the name that says so.
+    """
+    import polars
+
+    named = table.select("scenario", "scenario_hash").unique()
+    named = named.filter(~polars.col("scenario").str.contains("@", literal=True))
+    if named["scenario_hash"].is_unique().all():
+        return table
+    newest_name = polars.col("scenario").sort_by("record").last().over("scenario_hash")
+    several = polars.col("scenario_hash").is_in(
+        named.filter(named["scenario_hash"].is_duplicated())["scenario_hash"].unique().to_list()
+    ) & ~polars.col("scenario").str.contains("@", literal=True)
+    plain = table.filter(several).with_columns(scenario=newest_name)
+    return polars.concat([table.filter(~several), plain]).sort("record", maintain_order=True)
+
+
 @dataclass(frozen=True)
 class Group:
     """The episodes of one controller on one scenario at one rate, by seed."""
@@ -94,6 +115,7 @@ class Group:
     count: int  # of its episodes
     others: bool  # whether some are not ok
     trains: bool  # whether the controller was trained on some
+    versions: list[str]  # of the software that made them
     start: int  # its rows in the table
     length: int
     table: "polars.DataFrame"  # of all groups
@@ -161,6 +183,10 @@ class Cell:
     sample: Sample  # the same at every rate where no vehicle is commanded
     network: Sample | None  # of the whole network, where the scenario has several junctions
 
+    def source(self, key: str) -> Sample:
+        """The sample that has a figure: those of whole trips are the network's."""
+        return self.network if self.network and BY_KEY[key].is_of_trips else self.sample
+
     @property
     def place(self) -> tuple[str, str, float | None]:
         """Where it competes."""
@@ -169,7 +195,7 @@ class Cell:
 
 def cells_of(table: "polars.DataFrame") -> list[Cell]:
     """The cells of a table that ``benchmark.records.table`` made, in no order."""
-    table = newest(told_apart(table)).select("record", *CODES, *EPISODE, *ELSE, *FIGURES)
+    table = newest(told_apart(joined(table))).select("record", *CODES, *EPISODE, *ELSE, *FIGURES)
     table = table.sort(*CODES, "rate", "seed", "record", nulls_last=False)
     figures = table.select(FIGURES).to_numpy()
     seeds, good = table["seed"].to_numpy(), (table["status"] == "ok").to_numpy()
@@ -217,6 +243,7 @@ def _groups(table: "polars.DataFrame") -> Iterator[Group]:
             col("record").n_unique().alias("count"),
             (col("status") != "ok").any().alias("others"),
             col("is_trained_on").any().alias("trains"),
+            col("versions").drop_nulls().unique().sort().alias("versions"),
             first("start"),
             polars.len().alias("length"),
         )

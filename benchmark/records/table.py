@@ -51,6 +51,7 @@ def table_schema() -> "dict[str, polars.DataType | type[polars.DataType]]":
         "record": polars.Int64,
         **{name: numbers.get(name, polars.String) for name in FACTS},
         "is_trained_on": polars.Boolean,
+        "versions": polars.String,
         "refusals": polars.List(polars.String),
         "junction": polars.String,
         **dict.fromkeys(FIGURES, polars.Float64),
@@ -132,7 +133,8 @@ def join_tables(parts: "Iterable[polars.DataFrame]") -> "polars.DataFrame":
 
 def _rows(number: int, record: Any) -> Iterator[tuple[object, ...]]:
     junctions, trips = record.junctions, record.trips
-    head = (number, *_facts(record), _is_trained_on(record), _refusals(record))
+    told = _is_trained_on(record), _versions(record), _refusals(record)
+    head = (number, *_facts(record), *told)
     if not junctions or trips is None:
         yield (*head, None, *_NO_JUNCTION, *_NO_TRIPS)
         return
@@ -149,6 +151,10 @@ def _is_trained_on(record: Any) -> bool:
     return any(
         Training.meets(traffic, record.scenario, record.seed) for traffic in record.trained_on or ()
     )
+
+
+def _versions(record: Any) -> str:
+    return f"Right of Way {record.versions.rightofway} with SUMO {record.versions.sumo}"
 
 
 def _refusals(record: Any) -> list[str] | None:

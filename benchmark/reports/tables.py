@@ -9,8 +9,10 @@ from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, Literal
 
-from benchmark.records.leaderboard import MARKS, Row
+from benchmark.records.flags import MARKS
+from benchmark.records.leaderboard import Row
 from benchmark.records.measures import MEASURES
+from benchmark.records.ranking import ranking
 from benchmark.reports.words import markdown_literal, mean_and_interval, percent
 
 if TYPE_CHECKING:
@@ -91,10 +93,9 @@ def table_at_rate(rows: Sequence[Row], rate: float) -> str:
     chosen = [row for row in at_rate if not row.is_of_network]
     scenarios = list(dict.fromkeys(row.scenario for row in chosen))
     cells = {(row.controller, row.scenario): _cell(row) for row in chosen}
-    controllers = sorted({row.controller for row in chosen}, key=lambda name: _rank(chosen, name))
     body = [
         [markdown_literal(name), *(cells.get((name, scenario), "-") for scenario in scenarios)]
-        for name in controllers
+        for name in ranking(chosen)
     ]
     align = ["left", *["right"] * len(scenarios)]
     head = [f"at {percent(rate)}", *map(markdown_literal, scenarios)]
@@ -185,14 +186,19 @@ def marks_legend() -> str:
         "Mean over seeds [95 % bootstrap interval, from few seeds little but their range]; "
         "↓ or ↑: significantly below or above traffic-light, paired by seed; "
         "* flagged, for the reason beside it: waiting may be low for the wrong reason "
-        f"({meanings}), the intersection gridlocked, the controller was trained on the episodes "
-        "it is evaluated on, or some episodes are missing from the mean."
+        f"({meanings}; each by the seeds that both have, where it is significant), vehicles never "
+        "entered or queue beyond the road, vehicles collide, the intersection gridlocked, the "
+        "controller was trained on the episodes it is evaluated on, its records are of several "
+        "versions, or some episodes are missing from the mean."
     )
 
 
 def _preface(rows: Sequence[Row]) -> str:
     seeds = max((row.headline.count for row in rows if row.headline), default=0)
-    return f"Average waiting time [s]. {marks_legend()} At most {seeds} seeds a cell."
+    return (
+        f"Average waiting time [s]. {marks_legend()} At most {seeds} seeds a cell. In each table "
+        "the order is that of the means over the cells that all of its controllers have."
+    )
 
 
 def _by_scenario(rows: Iterable[Row]) -> list[tuple[str, list[Row]]]:
@@ -205,20 +211,14 @@ def _by_junction(rows: Iterable[Row]) -> list[tuple[str, list[Row]]]:
 
 
 def _matrix(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
-    """Controllers by rates, best mean over rates first."""
+    """Controllers by rates, in the order of ``ranking``."""
     rates = sorted({row.rate for row in rows}, key=lambda rate: rate or 0.0)
     cells = {(row.controller, row.rate): row for row in rows}
-    controllers = sorted({row.controller for row in rows}, key=lambda name: _rank(rows, name))
     body = []
-    for controller in controllers:
+    for controller in ranking(rows):
         line = [cells.get((controller, rate)) for rate in rates]
         body.append([controller, *(_cell(row) if row else "-" for row in line)])
     return ["controller", *(percent(rate) for rate in rates)], body
-
-
-def _rank(rows: Sequence[Row], controller: str) -> tuple[float, str]:
-    waits = [row.headline.mean for row in rows if row.controller == controller and row.headline]
-    return (sum(waits) / len(waits) if waits else float("inf"), controller)
 
 
 def _cell(row: Row) -> str:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.records.capacity import Curve, capacity_curves, capacity_markdown
-from benchmark.records.record import Record
+from benchmark.records.record import Record, Waiting
 from benchmark.records.store import Store
 from benchmark.records.table import records_table
 from benchmark.scenario import catalogue
@@ -29,6 +29,22 @@ def curves(records: list[Record]) -> list[Curve]:
 def test_an_episode_jams_when_fewer_than_two_thirds_get_through() -> None:
     (curve,) = curves([at(600, 401), at(900, 601), at(1200, 799)])
     assert curve == Curve("test/a", "c", 0.5, {600.0: 0.0, 900.0: 0.0, 1200.0: 1.0}, seeds=1)
+
+
+@pytest.mark.parametrize(
+    ("facts", "jams"),
+    [
+        ({"never_inserted": 6}, 1.0),
+        ({"never_inserted": 5}, 0.0),
+        ({"first_gridlock": 300.0, "gridlock_exposure": 300.0}, 1.0),
+    ],
+)
+def test_it_jams_also_where_vehicles_never_entered_or_it_gridlocked(
+    facts: dict[str, float], jams: float
+) -> None:
+    counted = Waiting(mean=1, p95=1, maximum=1, vehicles=100)
+    (curve,) = curves([at(600, 600, waiting_time_per_vehicle=counted, **facts)])
+    assert curve.jammed == {600.0: jams}
 
 
 def test_the_capacity_is_the_greatest_demand_before_most_episodes_jam() -> None:

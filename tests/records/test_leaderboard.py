@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmark.records import leaderboard
-from benchmark.records.leaderboard import MARKS, Row
+from benchmark.records.leaderboard import Row
 from benchmark.records.measures import MEASURES
 from benchmark.records.record import (
     Record,
     Training,
     Waiting,
 )
-from benchmark.records.statistics import Estimate, estimates
+from benchmark.records.statistics import estimates
 
 
 def only(found: Iterable[Row]) -> Row:
@@ -37,10 +37,10 @@ def keys(found: Iterable[Row]) -> list[tuple[str, float | None, str]]:
 
 def test_every_figure_is_the_mean_of_its_field() -> None:
     nested = {"mean": "waiting_time_per_vehicle", "p95": "waiting_time_p95"}
-    nested["maximum"] = "waiting_time_maximum"
+    nested |= {"maximum": "waiting_time_maximum", "vehicles": "vehicles"}
     keys = [measure.key for measure in MEASURES]
     facts: dict[str, Any] = {key: 1 + i for i, key in enumerate(keys) if key not in nested.values()}
-    per_vehicle = Waiting(mean=31, p95=32, maximum=33, vehicles=9)
+    per_vehicle = Waiting(mean=31, p95=32, maximum=33, vehicles=34)
     expected = facts | {key: getattr(per_vehicle, field) for field, key in nested.items()}
     waiting = facts.pop("average_waiting_time")
     one = record(waiting=waiting, waiting_time_per_vehicle=per_vehicle, **facts)
@@ -170,7 +170,7 @@ def test_two_scenarios_of_one_name_do_not_mix() -> None:
         ("test/a (00000000)", old, 0.1, "c"),
         ("test/a (00000000)", old, 0.1, SIGNAL),
         ("test/a (11111111)", new, 0.5, "c"),
-        ("test/b", "a" * 64, 0.5, "c"),
+        ("test/b", record(scenario="test/b").scenario_hash, 0.5, "c"),
     ]
     first, _, second, _ = found
     assert (first.difference and first.difference.mean, second.difference) == (-10.0, None)
@@ -285,7 +285,7 @@ def test_a_marked_row_is_flagged_with_its_marks() -> None:
     found = leaderboard.rows_of_records([signal, record("c", waiting=10.0, collisions=1)])
     assert {row.controller: (row.status, row.reasons) for row in found} == {
         SIGNAL: ("ok", ()),
-        "c": ("flagged", ("crashes",)),
+        "c": ("flagged", ("crashes", "1.0 collisions an episode")),
     }
 
 
@@ -400,77 +400,6 @@ def test_rows_agree_with_counting_seed_by_seed(
             assert row.difference.mean == pytest.approx(sum(pairs) / len(pairs), abs=1e-9)
 
 
-SUSPECT: dict[str, dict[str, Any]] = {  # the signal has 30 s, 1 s, 1000 veh/h and none
-    "creeps": {"time_loss": 33.1},
-    "keeps out": {"insertion_delay": 6.1},
-    "blocks": {"throughput": 899.0},
-    "crashes": {"collisions": 1},
-}
-INNOCENT: dict[str, dict[str, Any]] = {
-    "creeps": {"time_loss": 33.0},
-    "keeps out": {"insertion_delay": 6.0},
-    "blocks": {"throughput": 900.0},
-    "crashes": {"collisions": 0},
-}
-ALL = {key: value for facts in SUSPECT.values() for key, value in facts.items()}
-
-
-def marks(waiting: float | None, *signals: Record, **facts: Any) -> tuple[str, ...]:
-    """Of a controller beside these signals; the first of them if none are given."""
-    beside = signals or (record(SIGNAL, rate=None, waiting=20.0),)
-    found = leaderboard.rows_of_records([record("c", waiting=waiting, **facts), *beside])
-    return only(row for row in found if row.controller == "c").marks
-
-
-def test_each_mark_has_an_example_and_a_meaning() -> None:
-    assert SUSPECT.keys() == INNOCENT.keys() == MARKS.keys()
-
-
-@pytest.mark.parametrize("mark", MARKS)
-def test_waiting_that_is_low_for_the_wrong_reason_is_marked(mark: str) -> None:
-    assert marks(19.9, **SUSPECT[mark]) == (mark,)
-    assert marks(19.9, **INNOCENT[mark]) == ()
-
-
-@pytest.mark.parametrize("waiting", [20.0, 20.1, None])
-def test_waiting_that_is_not_below_the_signals_is_not_marked(waiting: float | None) -> None:
-    assert marks(waiting, **ALL) == ()
-
-
-def test_a_row_may_have_all_marks() -> None:
-    assert marks(19.9, **ALL) == tuple(MARKS)
-
-
-def test_marks_compare_with_the_signals_own_figures() -> None:
-    light = record(SIGNAL, rate=None, time_loss=40.0, insertion_delay=9.0, collisions=1)
-    assert marks(19.9, light, **ALL) == ("blocks",)
-
-
-@pytest.mark.parametrize(
-    "signal",
-    [
-        record("unsignalised", rate=None, waiting=50.0),
-        unlucky(SIGNAL, rate=None),
-        record(SIGNAL, rate=None, scenario="test/b"),
-        record(SIGNAL, rate=None, waiting=None),
-    ],
-)
-def test_without_a_signal_nothing_is_marked(signal: Record) -> None:
-    assert marks(1.0, signal, **ALL) == ()
-
-
-def test_the_signal_itself_is_not_marked() -> None:
-    assert only(leaderboard.rows_of_records([record(SIGNAL, rate=None, **ALL)])).marks == ()
-
-
-def test_a_figure_that_is_missing_is_no_reason_for_a_mark() -> None:
-    assert marks(19.9, time_loss=None, insertion_delay=None) == ()
-    figures = {"average_waiting_time": Estimate(1.0, None, None, 1)}
-    light = {"average_waiting_time": Estimate(2.0, None, None, 1)}
-    light |= {"throughput": Estimate(900.0, None, None, 1)}
-    assert leaderboard.marks(figures, light) == ()
-
-
 @settings(max_examples=20)
 @given(st.permutations(range(8)))
 def test_the_order_in_which_episodes_ended_changes_nothing(order: list[int]) -> None:
@@ -499,3 +428,20 @@ def test_a_row_without_a_gridlock_is_ok_and_older_records_do_not_say() -> None:
     assert row.gridlock is not None
     assert (row.gridlock.mean, row.status) == (0.0, "ok")
     assert only(leaderboard.rows_of_records([record()])).gridlock is None
+
+
+def test_the_same_content_in_two_folders_is_one_scenario() -> None:
+    same = {"scenario_hash": "b" * 64}
+    signal = record(SIGNAL, rate=None, waiting=20.0, scenario="old/a", **same)
+    ours = record("c", waiting=10.0, scenario="new/a", **same)
+    found = leaderboard.rows_of_records([signal, ours])
+    assert {row.scenario for row in found} == {"new/a"}
+    (row,) = (row for row in found if row.controller == "c")
+    assert row.difference is not None
+    assert row.difference.mean == -10.0
+
+
+def test_a_scenario_at_a_demand_of_its_own_keeps_its_name() -> None:
+    scaled = record(scenario="test/a@700", scenario_hash=record().scenario_hash)
+    found = leaderboard.rows_of_records([record(), scaled])
+    assert {row.scenario for row in found} == {"test/a", "test/a@700"}

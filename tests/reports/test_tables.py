@@ -22,6 +22,7 @@ from markdown_it.token import Token
 from rich.console import Console
 
 from benchmark.records import leaderboard
+from benchmark.records.flags import MARKS
 from benchmark.records.leaderboard import Row
 from benchmark.records.measures import MEASURES
 from benchmark.records.record import Record, Waiting
@@ -392,7 +393,7 @@ def test_the_terminal_shows_stars_and_failures() -> None:
 
 
 def test_the_legend_explains_every_mark() -> None:
-    assert all(f"{mark}: " in tables.marks_legend() for mark in leaderboard.MARKS)
+    assert all(f"{mark}: " in tables.marks_legend() for mark in MARKS)
     assert tables.marks_legend() in tables.leaderboard_markdown([])
 
 

@@ -103,10 +103,13 @@ class Data:
         """The records of the scenarios shown, by their numbers in the table."""
         import polars
 
-        groups = (
-            cell.sample.group for cell in self._cells.values() if cell.scenario in self.scenarios
-        )
-        names = sorted({group.scenario for group in groups})
+        hashes = {
+            cell.sample.group.scenario_hash
+            for cell in self._cells.values()
+            if cell.scenario in self.scenarios
+        }
+        shown = self._table.filter(polars.col("scenario_hash").is_in(hashes))
+        names = shown["scenario"].unique().sort().to_list()  # one content may have several
         rows = self._table.filter(polars.col("scenario").is_in(names))
         return dict(zip(rows["record"].unique().sort(), self._read(names), strict=True))
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmark.records import measures
-from benchmark.records.leaderboard import MARKS, Row
+from benchmark.records.flags import MARKS
+from benchmark.records.leaderboard import Row
 from benchmark.records.measures import BY_KEY
 from benchmark.records.record import Record
 from benchmark.records.statistics import CONFIDENCE, ENOUGH, RESAMPLES
