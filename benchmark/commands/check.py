@@ -53,6 +53,7 @@ def _check_scenarios(references: Sequence[str]) -> None:
 
     from benchmark.scenario import catalogue
     from benchmark.sumo.inspection import SEEDS_ROUTED, inspect
+    from benchmark.world.unregulated import too_short
 
     vehicles = [f"veh in {SEEDS_ROUTED} seeds ({of})" for of in ("counts", "routes")]
     columns = ("movement", *vehicles, "share (counts)", "share (routes)", "saturation")
@@ -74,9 +75,10 @@ def _check_scenarios(references: Sequence[str]) -> None:
                     "-" if degree is None else f"{degree:.2f}",
                 )
         console.stdout().print(table)
-        for finding in inspection.findings:
+        findings = [*inspection.findings, *filter(None, [too_short(scenario)])]
+        for finding in findings:
             console.stdout().print(f"[yellow]![/] {console.literal(finding)}", soft_wrap=True)
-        count = len(inspection.findings)
+        count = len(findings)
         console.stdout().print(f"{count} finding{'s' * (count != 1)}\n" if count else "all well\n")
 
 
