@@ -30,8 +30,11 @@ def draw_figures(
         list[float] | None, typer.Option(help="Repeatable; default: all that were run.")
     ] = None,
     at: Annotated[
-        float, typer.Option(min=0, max=1, help="The rate of figures that show one.")
-    ] = 0.4,
+        float | None,
+        typer.Option(
+            min=0, max=1, help="The rate of figures that show one; default: that nearest to 0.4."
+        ),
+    ] = None,
     training: Annotated[
         list[Path] | None,
         typer.Option(help="Repeatable; folders of training runs, for their curves."),

@@ -12,6 +12,7 @@ from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
     from benchmark.records.leaderboard import Row
+    from benchmark.records.store import Store
 
 
 def leaderboard(
@@ -23,6 +24,9 @@ def leaderboard(
     rate: Annotated[
         float | None, typer.Option(help="One Markdown table of all scenarios at this rate.")
     ] = None,
+    movements: Annotated[
+        bool, typer.Option("--movements", help="Waiting by movement, as Markdown tables.")
+    ] = False,
     variants: Annotated[
         bool, typer.Option(help="Also show controllers with options, as in NAME?option=value.")
     ] = True,
@@ -37,7 +41,13 @@ def leaderboard(
         raise UsageError(f'--format "{form}": expected {", ".join(known)}')
     if rate is not None and form not in (None, "md"):
         raise UsageError("--rate makes a Markdown table; leave out --format, or give md")
-    rows = leaderboard.rows_of(Store(records, notice=console.notice).table())
+    store = Store(records, notice=console.notice)
+    if movements:
+        if form not in (None, "md"):
+            raise UsageError("--movements makes Markdown tables; leave out --format, or give md")
+        console.say(_movements(store, rate, variants), end="")
+        return
+    rows = leaderboard.rows_of(store.table())
     rows = [row for row in rows if variants or "?" not in row.controller]
     if rate is not None:
         if rate not in (known_rates := sorted({row.rate for row in rows if row.rate is not None})):
@@ -49,6 +59,15 @@ def leaderboard(
         print_leaderboard(rows)
     else:
         console.say(tables.render_leaderboard(rows, form), end="")  # type: ignore[arg-type]
+
+
+def _movements(store: "Store", rate: float | None, variants: bool) -> str:
+    from benchmark.records.movements import movement_rows
+    from benchmark.reports import tables
+
+    rows = movement_rows(store.table(), store.read())
+    rows = [row for row in rows if variants or "?" not in row.controller]
+    return tables.movements_markdown([row for row in rows if rate in (None, row.rate)])
 
 
 def print_leaderboard(rows: "Sequence[Row]") -> None:

@@ -68,7 +68,7 @@ def _read(folder: Path) -> "list[Record]":
         raise UsageError(
             f"{folder}: no such folder; make records with `rightofway run --out {folder}`"
         )
-    if not store.records_folder.is_dir() or not any(store.records_folder.iterdir()):
+    if not store.has_some:
         console.notice(f"{folder}: no records here, so the pages are empty")
         return []
     return store.read()

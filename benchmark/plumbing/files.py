@@ -25,6 +25,24 @@ def results_folder(path: Path) -> Path:
     return path.parent if path.name == "records" else path
 
 
+def paths_below(folder: Path, suffix: str, kind: type[RightOfWayError]) -> list[Path]:
+    """The files of a suffix in a folder and the folders in it, by name.
+
+    Raises:
+        RightOfWayError: of that kind; a folder cannot be read, and so must not count as empty.
+    """
+
+    def refused(error: OSError) -> None:
+        raise kind(f"{error.filename}: cannot read this folder: {error.strerror}") from error
+
+    return sorted(
+        Path(place, name)
+        for place, _, names in os.walk(folder, onerror=refused)
+        for name in names
+        if name.endswith(suffix)
+    )
+
+
 @contextmanager
 def writing(
     path: Path,

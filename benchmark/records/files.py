@@ -39,10 +39,18 @@ KNOWN = "rightofway columns"  # in the metadata: those of the table when it was 
 
 
 def list_files(folder: Path) -> list[Path]:
-    """The files that hold records, by name, older ones first."""
+    """The files that hold records, by name, older ones first.
+
+    Raises:
+        StoreError: the folder cannot be read.
+    """
     packed: dict[tuple[str, int], Path] = {}
     growing: dict[tuple[str, int], Path] = {}
-    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+    try:
+        paths = sorted(folder.iterdir()) if folder.is_dir() else []
+    except PermissionError as error:
+        raise StoreError(f"{error.filename}: cannot read this folder: {error.strerror}") from error
+    for path in paths:
         if name := FILE.fullmatch(path.name):
             if name["kind"]:  # sorted, so that Parquet takes the place of its lines
                 packed[name["name"], int(name["number"])] = path

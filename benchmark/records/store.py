@@ -183,13 +183,18 @@ class Store:
         """What all records take on the disk [bytes]."""
         return sum(files.size_of(path) for path in self._files())
 
+    @property
+    def has_some(self) -> bool:
+        """Whether there are files of records."""
+        return bool(self._files())
+
     def require_some(self) -> None:
         """Make sure that there are records.
 
         Raises:
             StoreError: there are none.
         """
-        if not self._files():
+        if not self.has_some:
             raise StoreError(
                 f"{self.records_folder}: no records here; make some with "
                 f"`rightofway run --out {self.folder}`"

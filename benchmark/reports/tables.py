@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from benchmark.records.flags import MARKS
 from benchmark.records.leaderboard import Row
 from benchmark.records.measures import MEASURES
+from benchmark.records.movements import MovementRow
 from benchmark.records.ranking import ranking
 from benchmark.reports.words import markdown_literal, mean_and_interval, percent
 
@@ -100,6 +101,28 @@ def table_at_rate(rows: Sequence[Row], rate: float) -> str:
     align = ["left", *["right"] * len(scenarios)]
     head = [f"at {percent(rate)}", *map(markdown_literal, scenarios)]
     return tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True) + "\n"
+
+
+def movements_markdown(rows: Sequence[MovementRow]) -> str:
+    """Waiting by movement, a table for each scenario and rate; ends in a newline."""
+    from tabulate import tabulate
+
+    lines = ["# Waiting by movement", "", "Mean waiting of a movement's vehicles [s].", ""]
+    for (scenario, rate), group in groupby(rows, key=lambda row: (row.scenario, row.rate)):
+        members = list(group)
+        movements = sorted({movement for row in members for movement in row.waiting})
+        body = [
+            [
+                markdown_literal(row.controller),
+                *(mean_and_interval(row.waiting.get(movement), 1) for movement in movements),
+            ]
+            for row in members
+        ]
+        head = ["controller", *map(markdown_literal, movements)]
+        align = ["left", *["right"] * len(movements)]
+        table = tabulate(body, head, tablefmt="github", colalign=align, disable_numparse=True)
+        lines += [f"## {markdown_literal(scenario)} at {percent(rate)}", "", table, ""]
+    return "\n".join(lines)
 
 
 def leaderboard_latex(rows: Sequence[Row]) -> str:

@@ -1,9 +1,10 @@
 """Where scenarios are: the shipped ones by name, anyone's by path."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 from benchmark.plumbing.errors import ScenarioError
+from benchmark.plumbing.files import paths_below
 from benchmark.plumbing.messages import nearest
 from benchmark.scenario.scenario import Scenario, load_scenario
 
@@ -19,7 +20,8 @@ def shipped_folder() -> Path:
 
 def shipped_scenarios() -> dict[str, Path]:
     """The shipped scenario files by name, as in ``colorado-springs/229``."""
-    return {f"{path.parent.name}/{path.stem}": path for path in _files(shipped_folder())}
+    paths = paths_below(shipped_folder(), ".toml", ScenarioError)
+    return {f"{path.parent.name}/{path.stem}": path for path in paths}
 
 
 def find_scenarios(references: Iterable[str], also: Iterable[str] = ()) -> list[Scenario]:
@@ -91,7 +93,7 @@ def _resolve(reference: str, also: Iterable[str]) -> list[Path]:
         raise ScenarioError(f'unknown scenario "{reference[:40]}...": no file has such a long name')
     if path.is_file() or path.suffix == ".toml":
         return [path]  # a missing file is reported where it is read
-    if path.is_dir() and (files := list(_files(path))):
+    if path.is_dir() and (files := paths_below(path, ".toml", ScenarioError)):
         return files
     if found := [file for name, file in known.items() if reference in (name, *name.split("/"))]:
         return found
@@ -102,7 +104,3 @@ def _resolve(reference: str, also: Iterable[str]) -> list[Path]:
         f'unknown scenario "{reference}": neither a file, a folder nor shipped'
         f"{nearest(reference, [*known, *sorted(folders), *also])}"
     )
-
-
-def _files(folder: Path) -> Iterator[Path]:
-    yield from sorted(folder.rglob("*.toml"))

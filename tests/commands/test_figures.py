@@ -59,6 +59,7 @@ def test_the_page_shows_every_figure_with_its_caption(call: Call, tmp_path: Path
         (["--controller", "aa"], '--controller "aa": no records; did you mean "a"?'),
         (["--training", "nowhere"], "nowhere: no logs of a training run (logs/progress.csv)"),
         (["--only", "training"], "nothing to draw"),
+        (["--rate", "0.7"], "--rate 70 %: no records; at hand: 10 %, 20 %"),
         (["--records", "nowhere"], "nowhere/records: no records here"),
     ],
 )

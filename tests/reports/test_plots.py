@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmark.records import table
-from benchmark.records.record import Record
+from benchmark.records.record import Record, Waiting
 from benchmark.reports.plots import comparison, gallery, style, traffic, training, waiting
 from benchmark.reports.plots.data import Data, Wish
 
@@ -173,3 +173,25 @@ def test_curves_are_found_by_run_and_holes_are_left_out(tmp_path: Path) -> None:
     (line,) = figure.axes[0].lines
     assert (list(line.get_xdata()), list(line.get_ydata())) == ([1, 3], [5.0, 3.0])
     assert training.training_curves({"two": found["two"]}) is None
+
+
+def test_movements_stand_beside_the_signals_at_the_rate_that_was_run() -> None:
+    waits = {"N-C": Waiting(mean=12.0, p95=1, maximum=1, vehicles=2)}
+    light = record("traffic-light", rate=None, waiting_by_movement=waits)
+    figure = traffic.movements(data([*study(a=[30.0, 10.0]), light]))
+    assert figure is not None
+    assert sorted(bar.get_height() for bar in figure.axes[0].patches) == [10.0, 12.0]
+    assert [text.get_text() for text in figure.legends[0].texts] == ["a", "traffic-light"]
+    alone = traffic.movements(data([light]))
+    assert alone is not None
+    assert [bar.get_height() for bar in alone.axes[0].patches] == [12.0]
+
+
+def test_the_words_beside_the_colours_of_one_scenario_fit_the_figure() -> None:
+    figure = comparison.improvement(data(study(a=[9.8])))
+    assert figure is not None
+    figure.canvas.draw()
+    words = figure.get_supxlabel()
+    assert "the interval holds zero" in words
+    box = figure._supxlabel.get_window_extent()
+    assert 0 <= box.x0 < box.x1 <= figure.bbox.width

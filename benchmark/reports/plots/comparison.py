@@ -54,8 +54,9 @@ def improvement(data: Data) -> Figure | None:
         axes.axhline(edge - 0.5, color="white", linewidth=3)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
-    bar = figure.colorbar(image, ax=axes, fraction=0.04)
-    bar.set_label(f"waiting less than {REFERENCE} [%]; ?: the interval holds zero")
+    figure.colorbar(image, ax=axes, fraction=0.04)
+    label = f"waiting less than {REFERENCE} [%]\n?: the interval holds zero"
+    figure.supxlabel(label, fontsize=8)  # beside the bar it would be longer than few rows are high
     return figure
 
 

@@ -14,10 +14,12 @@ from benchmark.records.leaderboard import REFERENCE
 from benchmark.records.measures import HEADLINE
 from benchmark.records.record import JunctionMetrics, Record
 from benchmark.records.samples import BySeed, Cell, Floats, cells_of
+from benchmark.reports.words import percent
 
 if TYPE_CHECKING:
     import polars
 
+USUAL_RATE = 0.4
 MOST_SCENARIOS, MOST_CONTROLLERS = 8, 5  # in one figure, unless more are asked for
 
 
@@ -28,7 +30,7 @@ class Wish:
     scenarios: Sequence[str] = ()
     controllers: Sequence[str] = ()
     rates: Sequence[float] = ()
-    rate: float = 0.4  # of figures at one rate
+    rate: float | None = None  # of figures at one rate; None: that nearest to USUAL_RATE
 
 
 class Data:
@@ -54,13 +56,18 @@ class Data:
             (cell.scenario, cell.rate, cell.sample.group.controller): cell for cell in cells
         }
         self._table, self._read = table, records
-        self.rate = wish.rate
         known = sorted({cell.scenario for cell in cells})
         self.scenarios = _chosen("scenario", wish.scenarios, known) or known[:MOST_SCENARIOS]
         self.scenarios_left_out = len(known) - len(self.scenarios)
         here = [cell for cell in cells if cell.scenario in self.scenarios]
         run = {cell.rate for cell in here if cell.rate is not None}
-        self.rates = sorted(run.intersection(wish.rates) if wish.rates else run)
+        for rate in wish.rates:
+            if rate not in run:
+                ran = ", ".join(map(percent, sorted(run))) or "none"
+                raise UsageError(f"--rate {percent(rate)}: no records; at hand: {ran}")
+        self.rates = sorted(wish.rates or run)
+        nearest_rate = min(run, key=lambda rate: abs(rate - USUAL_RATE), default=USUAL_RATE)
+        self.rate = nearest_rate if wish.rate is None else wish.rate
         groups = [cell.sample.group for cell in here]
         lights = {group.controller for group in groups if group.rules in ("lights", "stop signs")}
         self.signals = sorted(lights, key=lambda name: (name != REFERENCE, name))
@@ -91,8 +98,13 @@ class Data:
         return ours.sample.paired(signal.sample, key)
 
     def junctions(self, scenario: str, rate: float, controller: str) -> list[JunctionMetrics]:
-        """What records say of a junction, of each episode that is ok, by seed."""
-        cell = self._cells.get((scenario, rate, controller))
+        """What records say of a junction, of each episode that is ok, by seed.
+
+        What commands no vehicle is the same at every rate.
+        """
+        places = (rate, *self.rates, None) if controller in self.signals else (rate,)
+        cells = (self._cells.get((scenario, place, controller)) for place in places)
+        cell = next(filter(None, cells), None)
         if cell is None:
             return []
         sample = cell.sample

@@ -63,7 +63,8 @@ KINDS = (
     ),
     Kind(
         "movements",
-        "Waiting of the vehicles of each movement: means over seeds with 95 % bootstrap intervals.",
+        "Waiting of the vehicles of each movement, under the signal too: means over seeds with "
+        "95 % bootstrap intervals.",
         "run at this rate, or give another with --at",
         lambda data, _: traffic.movements(data),
     ),

@@ -51,18 +51,19 @@ def unregulated(data: Data) -> Figure | None:
 
 
 def movements(data: Data) -> Figure | None:
-    """Waiting of the vehicles of each movement: means over seeds with 95 % intervals."""
+    """Waiting of the vehicles of each movement, also under the signal: means with intervals."""
+    shown = [*data.controllers, *data.signals[:1]]
     figure, panels = style.panels(data.scenarios)
     drawn = False
     for scenario, axes in panels.items():
         waits = [
             [each.waiting_by_movement for each in data.junctions(scenario, data.rate, name)]
-            for name in data.controllers
+            for name in shown
         ]
         names = sorted(
             {movement for seeds in waits for by_movement in seeds for movement in by_movement}
         )
-        apart = ROOM / len(data.controllers)
+        apart = ROOM / max(1, len(shown))
         for place, seeds in enumerate(waits):
             for index, movement in enumerate(names):
                 values = [
@@ -91,6 +92,6 @@ def movements(data: Data) -> Figure | None:
         return None
     figure.supxlabel("movement: heading, and L left, C across, R right", fontsize=9)
     figure.supylabel(f"waiting at {percent(data.rate)} RVs [s], logarithmic above 1", fontsize=9)
-    handles = [Patch(**style.filling(place)) for place in range(len(data.controllers))]
-    style.legend(figure, handles, data.controllers)
+    handles = [Patch(**style.filling(place)) for place in range(len(shown))]
+    style.legend(figure, handles, shown)
     return figure

@@ -17,6 +17,13 @@ class ReplayPage:
     title: str
     scenarios: tuple[str, ...] = ()
     controllers: tuple[str, ...] = ()
+    episodes: tuple[str, ...] = ()  # rate and seed of each, as in "60 % RVs, seed 3"
+
+    @property
+    def words(self) -> str:
+        """The title, and the rate and seed where all episodes share them."""
+        told = dict.fromkeys(self.episodes)
+        return f"{self.title} ({'; '.join(told)})" if told else self.title
 
     @property
     def address(self) -> str:
@@ -28,7 +35,8 @@ def replays_in(results: Path) -> list[ReplayPage]:
     """The replays of a results folder, by name: ``replays/*.html``.
 
     A page says whom it shows in its head, in one or more
-    ``<meta name="rightofway:scenario" content="...">`` and ``<meta name="rightofway:controller">``.
+    ``<meta name="rightofway:scenario" content="...">``, ``<meta name="rightofway:controller">`` and
+    ``<meta name="rightofway:episode">``, its rate and seed.
     """
     return list(_replays(results / FOLDER))
 
@@ -43,6 +51,7 @@ def _replays(folder: Path) -> Iterator[ReplayPage]:
             " ".join("".join(head.title).split()) or path.stem,
             tuple(head.facts["rightofway:scenario"]),
             tuple(head.facts["rightofway:controller"]),
+            tuple(head.facts["rightofway:episode"]),
         )
 
 
@@ -52,7 +61,9 @@ class _Head(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.title: list[str] = []
-        self.facts: dict[str, list[str]] = {"rightofway:scenario": [], "rightofway:controller": []}
+        self.facts: dict[str, list[str]] = {
+            f"rightofway:{name}": [] for name in ("scenario", "controller", "episode")
+        }
         self._in_title = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
