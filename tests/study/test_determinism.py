@@ -92,8 +92,8 @@ def test_every_controller_meets_the_same_vehicles() -> None:
     found = [met(one.scenario, one.controller, one.rate) for one in CHOSEN]
     ran = [record for record, *_ in found if record.status == "ok"]
     assert len({record.routes_hash for record in ran}) == 1
-    networks = {(record.rules == "stop signs", record.network_hash) for record in ran}
-    assert len(networks) == len({signs for signs, _ in networks})  # stop signs are part of one
+    networks = {(record.rules, record.network_hash) for record in ran}
+    assert len(networks) == len({rules for rules, _ in networks})  # lit, dark, with stop signs
     everyone: dict[str, Driver] = {}
     for _, drivers, _ in found:
         for name, driver in drivers.items():
