@@ -7,11 +7,11 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from benchmark.control.training import FIRST_TRAINING_SEED
-from benchmark.learning.observation import Layout, Numbers, size
-from benchmark.learning.traffic import Moment, Reward, Traffic, checked
+from benchmark.control.training import FIRST_TRAINING_SEED, Training
+from benchmark.learning.observation import Layout, Numbers
+from benchmark.learning.sequence import TrafficSequence
+from benchmark.learning.traffic import Moment, Reward, checked
 from benchmark.plumbing.errors import UsageError
-from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
 from benchmark.world.gridlock import GRIDLOCK_AFTER
 
@@ -29,10 +29,12 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
     Args:
         scenario: a scenario, or a reference to one, such as ``334`` or a file.
         rate: the penetration rate.
-        seed: of the first episode; each reset without a seed takes the next.
+        seed: of the first episode; each reset without a seed takes the next. A seed that is not
+            for training, such as 1, stands for one that is: ``seeds.training_seed``.
         layout: of the observation.
         reward: what decisions earn; default: as published.
         gridlock_after: time in which nobody enters after which the episode ends [s].
+        any_seed: play seeds as they are given, also those of evaluation and validation.
 
     Raises:
         ScenarioError: the reference leads nowhere, or to several scenarios.
@@ -50,14 +52,20 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         layout: Layout = "paper",
         reward: Reward | None = None,
         gridlock_after: float = GRIDLOCK_AFTER,
+        any_seed: bool = False,
     ) -> None:
-        self.scenario = catalogue.find_scenario(scenario) if isinstance(scenario, str) else scenario
-        self.rate, self._next_seed, self._layout = rate, seed, layout
-        self._reward, self._gridlock_after = reward, gridlock_after
-        self._traffic: Traffic | None = None
+        self._traffics = TrafficSequence(
+            scenario,
+            rate,
+            seed,
+            any_seed=any_seed,
+            layout=layout,
+            reward=reward,
+            gridlock_after=gridlock_after,
+        )
         self.agents: list[Agent] = []
         self.possible_agents: list[Agent] = []
-        self._observation_space = spaces.Box(0.0, 1.0, (size(layout),), np.float32)
+        self._observation_space = spaces.Box(0.0, 1.0, (self._traffics.observation_size,))
         self._action_space = spaces.Discrete(2)
 
     def observation_space(self, agent: Agent) -> spaces.Box:
@@ -71,21 +79,21 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[Agent, Numbers], dict[Agent, dict[str, Any]]]:
-        """Start an episode; it begins when the first RV comes into the decision zone."""
+        """Start an episode; it begins when the first RV comes into the decision zone.
+
+        Args:
+            seed: of its traffic.
+            options: ``rate``, the penetration rate from now on.
+
+        Raises:
+            UsageError: there is no such seed, rate or option.
+        """
+        self._traffics.prepare(seed, options)
         self.close()
-        seed = self._next_seed if seed is None else seed
-        self._next_seed = seed + 1
-        traffic = Traffic(
-            self.scenario,
-            self.rate,
-            seed,
-            layout=self._layout,
-            reward=self._reward,
-            gridlock_after=self._gridlock_after,
-        )
-        self._traffic = traffic.__enter__()
-        self.possible_agents = list(traffic.deciders)
-        moment = self._pass_empty(traffic.first())
+        with self._traffics.closed_on_failure():
+            moment = self._pass_empty(self._traffics.open())
+        assert self._traffics.traffic is not None
+        self.possible_agents = list(self._traffics.traffic.deciders)
         if moment.over or moment.gridlocked:
             self.close()  # nobody has come to decide
             return {}, {}
@@ -94,9 +102,8 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         return observations, self._infos(moment, self.agents)
 
     def _pass_empty(self, moment: Moment) -> Moment:
-        assert self._traffic is not None
         while not (moment.egos or moment.over or moment.gridlocked):
-            moment = self._traffic.step({})
+            moment = self._traffics.step({})
         return moment
 
     def step(
@@ -113,14 +120,16 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         Raises:
             UsageError: no episode runs, an agent has no action, or an action is none.
         """
-        if self._traffic is None:
+        if self._traffics.traffic is None:
             raise UsageError("no episode is under way; call reset first")
-        moment = self._traffic.step(self._checked(actions))
-        followed = moment.followed
-        moment = self._pass_empty(moment)
+        chosen = self._checked(actions)
+        with self._traffics.closed_on_failure():
+            moment = self._traffics.step(chosen)
+            followed = moment.followed
+            moment = self._pass_empty(moment)
         ended = moment.over or moment.gridlocked
         seen = dict(zip((ego.id for ego in moment.egos), moment.observations, strict=True))
-        nothing = np.zeros(size(self._layout), dtype=np.float32)
+        nothing = np.zeros(self._traffics.observation_size, dtype=np.float32)
         agents = list(followed if ended else dict.fromkeys([*followed, *seen]))
         terminations = {name: name in followed and followed[name].left for name in agents}
         truncations = {name: ended and not terminations[name] for name in agents}
@@ -143,13 +152,32 @@ class GoStopParallelEnv(ParallelEnv[Agent, Numbers, int]):  # type: ignore[misc]
         return {name: checked(action, name) for name, action in actions.items()}
 
     def _infos(self, moment: Moment, agents: list[Agent]) -> dict[Agent, dict[str, Any]]:
-        return {name: {"time": moment.time, "gridlocked": moment.gridlocked} for name in agents}
+        info = {"time": moment.time, "gridlocked": moment.gridlocked, "seed": self._traffics.seed}
+        return {name: dict(info) for name in agents}
+
+    @property
+    def scenario(self) -> Scenario:
+        """Where it happens."""
+        return self._traffics.scenario
+
+    @property
+    def rate(self) -> float:
+        """The penetration rate."""
+        return self._traffics.rate
+
+    @property
+    def seeds_met(self) -> list[int]:
+        """Seeds of the traffics played so far, ascending."""
+        return self._traffics.seeds_met
+
+    @property
+    def trained_on(self) -> tuple[Training, ...]:
+        """The traffic played so far, as a controller declares it."""
+        return self._traffics.trained_on
 
     def close(self) -> None:
         """End the simulation."""
-        if self._traffic is not None:
-            self._traffic.__exit__(None, None, None)
-            self._traffic = None
+        self._traffics.close()
         self.agents = []
 
 

@@ -5,14 +5,16 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 
-from benchmark.control.training import FIRST_TRAINING_SEED
-from benchmark.learning.observation import Layout, Numbers, size
+from benchmark.control.training import FIRST_TRAINING_SEED, Training
+from benchmark.learning.observation import Layout, Numbers
 from benchmark.learning.rollout import Policy
-from benchmark.learning.traffic import GO, Moment, Reward, Traffic, checked
+from benchmark.learning.seeds import seed_from
+from benchmark.learning.sequence import TrafficSequence
+from benchmark.learning.traffic import GO, Moment, Reward, checked
 from benchmark.plumbing.errors import UsageError
-from benchmark.scenario import catalogue
 from benchmark.scenario.scenario import Scenario
 from benchmark.world.gridlock import GRIDLOCK_AFTER
 
@@ -31,11 +33,13 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
     Args:
         scenario: a scenario, or a reference to one, such as ``334`` or a file.
         rate: the penetration rate.
-        seed: of the first traffic; each further one takes the next.
+        seed: of the first traffic; each further one takes the next. A seed that is not for
+            training, such as 1, stands for one that is: ``seeds.training_seed``.
         layout: of the observation.
         reward: what decisions earn; default: as published.
         gridlock_after: time in which nobody enters after which the traffic ends [s].
         others: what the other RVs do; default: they all say Go.
+        any_seed: play seeds as they are given, also those of evaluation and validation.
 
     Raises:
         ScenarioError: the reference leads nowhere, or to several scenarios.
@@ -53,30 +57,46 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
         reward: Reward | None = None,
         gridlock_after: float = GRIDLOCK_AFTER,
         others: Policy | None = None,
+        any_seed: bool = False,
     ) -> None:
-        self.scenario = catalogue.find_scenario(scenario) if isinstance(scenario, str) else scenario
-        self.rate, self._next_seed, self._layout = rate, seed, layout
-        self._reward, self._gridlock_after, self._others = reward, gridlock_after, others
-        self.observation_space = spaces.Box(0.0, 1.0, (size(layout),), np.float32)
+        self._others = others
+        self._traffics = TrafficSequence(
+            scenario,
+            rate,
+            seed,
+            any_seed=any_seed,
+            layout=layout,
+            reward=reward,
+            gridlock_after=gridlock_after,
+        )
+        self.observation_space = spaces.Box(0.0, 1.0, (self._traffics.observation_size,))
         self.action_space = spaces.Discrete(2)
-        self._traffic: Traffic | None = None
         self._past: set[str] = set()  # RVs that were the ego
         self._ego: str | None = None
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Go on to the next RV; with a seed, to the first of that traffic.
+        """Go on to the next RV; with a seed or another rate, to the first of that traffic.
+
+        Args:
+            seed: of the traffic.
+            options: ``rate``, the penetration rate from now on.
 
         Raises:
-            UsageError: no RV came to decide in several traffics in a row.
+            UsageError: no RV came to decide in several traffics in a row, or there is no such
+                seed, rate or option.
         """
+        seed = None if seed is None else seed_from(seed)
         super().reset(seed=seed)
-        if seed is not None:
-            self.close()
-            self._next_seed = seed
+        self._traffics.prepare(seed, options)
+        self._ego = None
+        with self._traffics.closed_on_failure():
+            return self._next_ego()
+
+    def _next_ego(self) -> tuple[Numbers, dict[str, Any]]:
         for _ in range(1 + PATIENCE):
-            moment = self._moment if self._traffic is not None else self._start()
+            moment = self._start() if self._traffics.traffic is None else self._moment
             while not (moment.over or moment.gridlocked):
                 if fresh := [ego.id for ego in moment.egos if ego.id not in self._past]:
                     self._ego = fresh[int(self._draws.integers(len(fresh)))]
@@ -90,30 +110,24 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
         )
 
     def _start(self) -> Moment:
-        traffic = Traffic(
-            self.scenario,
-            self.rate,
-            self._next_seed,
-            layout=self._layout,
-            reward=self._reward,
-            gridlock_after=self._gridlock_after,
-        )
-        self._traffic = traffic.__enter__()
-        self._draws = np.random.default_rng(self._next_seed)  # which of several arrivals is it
-        self._next_seed += 1
+        self._moment = self._traffics.open()
+        self._draws = np.random.default_rng(self._traffics.seed)  # which of several arrivals is it
         self._past.clear()
-        self._moment = traffic.first()
         return self._moment
 
-    def step(self, action: np.int64 | int) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: np.int64 | int | npt.NDArray[np.integer]
+    ) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         """Let the ego act for one step.
 
         Raises:
             UsageError: no episode runs, or the action is none.
         """
-        if self._traffic is None or self._ego is None:
+        if self._traffics.traffic is None or self._ego is None:
             raise UsageError("no episode is under way; call reset first")
-        moment = self._play(self._moment, {self._ego: checked(action, self._ego)})
+        own = {self._ego: checked(action, self._ego)}
+        with self._traffics.closed_on_failure():
+            moment = self._play(self._moment, own)
         decision = moment.followed[self._ego]
         ended = moment.over or moment.gridlocked
         found = (
@@ -129,13 +143,12 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
 
     def _play(self, moment: Moment, own: Mapping[str, int]) -> Moment:
         """One step, the others by their script."""
-        assert self._traffic is not None
         if self._others is None:
             actions = {ego.id: GO for ego in moment.egos}
         else:
             chosen = self._others(moment.observations) if moment.egos else ()
             actions = {ego.id: int(one) for ego, one in zip(moment.egos, chosen, strict=True)}
-        self._moment = self._traffic.step({**actions, **own})
+        self._moment = self._traffics.step({**actions, **own})
         return self._moment
 
     def _observation(self, moment: Moment) -> Numbers:
@@ -143,16 +156,39 @@ class GoStopEnv(gymnasium.Env[Numbers, np.int64]):
         if self._ego in names:
             seen: Numbers = moment.observations[names.index(self._ego)]
             return seen
-        return np.zeros(size(self._layout), dtype=np.float32)
+        return np.zeros(self._traffics.observation_size, dtype=np.float32)
 
     def _info(self, moment: Moment) -> dict[str, Any]:
-        return {"vehicle": self._ego, "time": moment.time, "gridlocked": moment.gridlocked}
+        return {
+            "vehicle": self._ego,
+            "time": moment.time,
+            "gridlocked": moment.gridlocked,
+            "seed": self._traffics.seed,
+        }
+
+    @property
+    def scenario(self) -> Scenario:
+        """Where it happens."""
+        return self._traffics.scenario
+
+    @property
+    def rate(self) -> float:
+        """The penetration rate."""
+        return self._traffics.rate
+
+    @property
+    def seeds_met(self) -> list[int]:
+        """Seeds of the traffics played so far, ascending."""
+        return self._traffics.seeds_met
+
+    @property
+    def trained_on(self) -> tuple[Training, ...]:
+        """The traffic played so far, as a controller declares it."""
+        return self._traffics.trained_on
 
     def close(self) -> None:
         """End the simulation."""
-        if self._traffic is not None:
-            self._traffic.__exit__(None, None, None)
-            self._traffic = None
+        self._traffics.close()
         self._ego = None
 
 

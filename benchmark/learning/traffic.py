@@ -28,11 +28,13 @@ STOP, GO = 0, 1
 
 
 def checked(action: object, whose: str) -> int:
-    """An action from outside as ``GO`` or ``STOP``.
+    """An action from outside as ``GO`` or ``STOP``: what ``Discrete(2)`` contains, no more.
 
     Raises:
         UsageError: it is neither.
     """
+    if isinstance(action, np.ndarray) and action.shape == () and action.dtype.kind in "iu":
+        action = action[()]  # Stable-Baselines3's ``predict`` gives such
     if isinstance(action, int | np.integer) and action in (STOP, GO):
         return int(action)
     raise UsageError(f"{whose}: action {action!r}; expected 0 for Stop or 1 for Go")

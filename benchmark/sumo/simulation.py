@@ -5,8 +5,12 @@ episodes run in worker processes (``benchmark.study.pool``).
 """
 
 import contextlib
+import gc
 import os
+import sys
 import tempfile
+import traceback
+import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -92,16 +96,30 @@ class Simulation:
         step: simulated time per step [s].
         seed: of the episode.
         window: show the run in sumo-gui.
+        owner: whose run it is, for messages.
 
     Raises:
         NetworkError: SUMO refuses the files or stops with an error.
     """
 
-    _open: ClassVar["Simulation | None"] = None
+    _owner: ClassVar[str] = ""
+    """Of the open simulation."""
+
+    _ending: ClassVar["weakref.finalize[Any, Any] | None"] = None
+    """Ends the open simulation, when asked to or when nothing refers to it any more."""
 
     def __init__(
-        self, network: Path, routes: Path, program: Path, *, step: float, seed: int, window: bool
+        self,
+        network: Path,
+        routes: Path,
+        program: Path,
+        *,
+        step: float,
+        seed: int,
+        window: bool,
+        owner: str = "a simulation",
     ) -> None:
+        self.owner = owner
         self._steered: set[str] = set()
         self._step = step
         self._api, self._window = _api(window), window
@@ -115,8 +133,7 @@ class Simulation:
         ]
 
     def __enter__(self) -> Self:
-        if Simulation._open is not None:
-            raise UsageError("libsumo holds one simulation per process; close the other first")
+        _refuse_a_second()
         self._folder = tempfile.TemporaryDirectory(prefix="rightofway-")
         self._trips = Path(self._folder.name) / "trips.xml"
         os.environ["SUMO_HOME"] = tools.sumo_environment()["SUMO_HOME"]
@@ -125,19 +142,16 @@ class Simulation:
         except Exception as error:  # libsumo raises its own and the traci kinds
             self._folder.cleanup()
             raise NetworkError(f"SUMO does not start: {error}") from error
-        Simulation._open = self
+        weakref.finalize(self, self._folder.cleanup)
+        self._end = Simulation._ending = weakref.finalize(self, self._api.close)
+        Simulation._owner = self.owner
         return self
 
     def __exit__(self, *error: object) -> None:
-        if Simulation._open is self:
-            self._close()
+        self._end()
         self._folder.cleanup()
         if self._window and isinstance(error, self._api.FatalTraCIError):
             raise UsageError("the window was closed before the episode ended") from error
-
-    def _close(self) -> None:
-        self._api.close()
-        Simulation._open = None
 
     def step(self) -> float:
         """Simulate one step.
@@ -239,8 +253,34 @@ class Simulation:
 
     def finish(self) -> list[Trip]:
         """End the run and read what SUMO reports of every vehicle."""
-        self._close()
+        self._end()
         return list(_trips(self._trips))
+
+
+def _refuse_a_second() -> None:
+    """Let dropped simulations end, then see that none is open.
+
+    Raises:
+        UsageError: one is.
+    """
+    for let_go in (gc.collect, _clear_tracebacks, gc.collect):
+        if Simulation._ending is None or not Simulation._ending.alive:
+            return
+        let_go()
+    if Simulation._ending is not None and Simulation._ending.alive:
+        raise UsageError(
+            "libsumo holds one simulation per process; close the other first: "
+            f"{Simulation._owner} holds it. Call its close(), or drop what still refers to it, "
+            "such as an exception that was caught"
+        )
+
+
+def _clear_tracebacks() -> None:
+    """Drop what only finished frames refer to, of the exception in hand and the last one shown."""
+    for error in (sys.exception(), getattr(sys, "last_value", None)):
+        while error is not None:
+            traceback.clear_frames(error.__traceback__)
+            error = error.__cause__ or error.__context__
 
 
 def _api(window: bool) -> Any:

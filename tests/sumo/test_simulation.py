@@ -44,7 +44,7 @@ def junction() -> Junction:
 def _closed() -> Iterator[None]:
     """Every test leaves the door closed."""
     yield
-    assert Simulation._open is None
+    assert Simulation._ending is None or not Simulation._ending.alive
 
 
 def test_a_second_simulation_at_once_is_refused_and_the_first_goes_on(start: Start) -> None:
@@ -282,3 +282,33 @@ def test_the_same_tenth_of_the_vehicles_reports_emissions_in_every_run(start: St
     numbers = [int(name[1:]) for name in first]
     assert numbers == list(range(numbers[0], 30, 10))
     assert run() == first
+
+
+def test_a_simulation_that_nobody_refers_to_any_more_ends_itself(start: Start) -> None:
+    dropped = start(("a", "N-C", 0)).__enter__()
+    folder = Path(dropped._folder.name)
+    round_trip: list[object] = [dropped]
+    round_trip.append(round_trip)  # only the garbage collector finds it
+    del dropped, round_trip
+    with start() as simulation:
+        assert simulation.step() == 1.0
+    assert not folder.exists()
+
+
+def test_finished_frames_of_an_exception_in_hand_keep_no_simulation(start: Start) -> None:
+    def fail() -> None:
+        simulation = start().__enter__()
+        raise ZeroDivisionError(simulation.step())
+
+    try:
+        fail()
+    except ZeroDivisionError:
+        with start() as simulation:
+            assert simulation.step() == 1.0
+
+
+def test_a_refusal_says_who_holds_the_simulation(start: Start) -> None:
+    first, second = start(), start()
+    first.owner = "training on 334 at seed 10001"
+    with first, pytest.raises(UsageError, match="training on 334 at seed 10001 holds it"), second:
+        pass
