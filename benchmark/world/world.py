@@ -96,6 +96,7 @@ class World:
             step=scenario.evaluation.step,
             seed=seed,
             window=window,
+            owner=f"{controller} on {scenario.name} at seed {seed}",
         )
 
     def _site(
