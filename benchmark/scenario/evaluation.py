@@ -52,6 +52,12 @@ class Zones(Table):
     speed_cap: PositiveFloat | None = Field(
         None, description="No vehicle drives faster [m/s]; leave out for none."
     )
+    radius: PositiveFloat | None = Field(
+        None,
+        le=60,
+        description="Of the kerbs at the corners [m], which sets how wide the box is; default: "
+        "SUMO's 4.",
+    )
     priority: tuple[str, ...] = Field(
         (),
         description="Approaches that have priority where stop signs rule; the others stop. Without "

@@ -18,8 +18,8 @@ class Approach(Table):
 
     heading: float = Field(description="Direction of travel [degrees], 0 is north, 90 east.")
     length: PositiveFloat = Field(le=5000, description="Upstream of the entrance [m].")
-    bay: PositiveFloat | None = Field(
-        None, description="Length of the turn lanes before the entrance [m]; default: length."
+    bay: float | None = Field(
+        None, ge=5, description="Length of the turn lanes before the entrance [m]; default: length."
     )
     speed_limit: PositiveFloat = Field(le=60, description="[m/s]")
     lanes: str = Field(

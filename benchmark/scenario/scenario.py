@@ -92,6 +92,7 @@ class Scenario(Table):
                     "latitude",
                     "longitude",
                     *(() if self.intersection.priority else ("priority",)),
+                    *(() if self.intersection.radius else ("radius",)),
                 },
                 "signal": {"maximum_gap"} if self.signal and self.signal.kind == "fixed" else set(),
             },
@@ -156,6 +157,11 @@ class Scenario(Table):
     def with_programs(self, programs: Mapping[str, Signal]) -> "Scenario":
         """The same scenario with other signal programs, by junction."""
         return self.model_copy(update={"signal": programs.get(CENTRE, self.signal)})
+
+    def with_radius(self, radius: float) -> "Scenario":
+        """The same scenario with a wider or narrower box [m]."""
+        zones = self.intersection.model_copy(update={"radius": radius})
+        return self.model_copy(update={"intersection": zones})
 
     def with_evaluation(self, evaluation: Evaluation) -> "Scenario":
         """The same scenario, evaluated otherwise."""

@@ -67,6 +67,11 @@ class Signal(Table):
         return {phase.name: frozenset(phase.movements) for phase in self.phases}
 
     @property
+    def permitted(self) -> frozenset[str]:
+        """The movements that some phase lets filter through gaps."""
+        return frozenset(name for phase in self.phases for name in phase.permitted)
+
+    @property
     def words(self) -> str:
         """The program in a line, as in ``fixed, cycle 64 s (yellow 3 s, all red 1 s): ...``."""
         upto = "up to " if self.kind == "actuated" else ""

@@ -4,7 +4,7 @@ Edge ids: ``northbound.upstream`` before the turn bay, ``northbound`` up to the 
 ``northbound.exit`` for the road that leaves northbound, ``northbound.exit.far`` after its taper.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from math import cos, radians, sin
 from xml.sax.saxutils import quoteattr
 
@@ -16,7 +16,11 @@ TAPER = 100.0  # m behind the intersection after which surplus exit lanes end
 
 
 def plain_xml(
-    scenario: Scenario, setbacks: Mapping[str, float], *, stop_signs: bool = False
+    scenario: Scenario,
+    setbacks: Mapping[str, float],
+    *,
+    stop_signs: bool = False,
+    waiting_lefts: Collection[str] = (),
 ) -> dict[str, str]:
     """The input of netconvert: nodes, edges and connections.
 
@@ -25,13 +29,16 @@ def plain_xml(
         setbacks: how far netconvert pulls each approach's entrance back from the centre [m], so
             that lengths can be measured from the entrance; empty on the first pass.
         stop_signs: whether stop signs stand where the lights would.
+        waiting_lefts: left turns that wait for gaps inside, as in ``E-L``.
     """
     kind = _stop_signs(scenario) if stop_signs else 'type="traffic_light"'
+    if radius := scenario.intersection.radius:
+        kind += f' radius="{radius:g}"'
     nodes = [f'<node id="{CENTRE}" x="0" y="0" {kind}/>']
     edges: list[str] = []
     connections: list[str] = []
     for name, approach in scenario.approaches.items():
-        leg = _Leg(scenario, name, approach, setbacks.get(name, 0.0), stop_signs)
+        leg = _Leg(scenario, name, approach, setbacks.get(name, 0.0), stop_signs, waiting_lefts)
         nodes += leg.nodes()
         edges += leg.edges()
         connections += [*leg.lanes_into_bay(), *leg.lanes_after_exit(), *leg.ways_through()]
@@ -72,9 +79,11 @@ class _Leg:
         approach: Approach,
         setback: float,
         stop_signs: bool = False,
+        waiting_lefts: Collection[str] = (),
     ) -> None:
         self.scenario, self.name, self.approach, self.setback = scenario, name, approach, setback
         self.stop_signs = stop_signs
+        self.waits_inside = f"{LETTERS[name]}-L" in waiting_lefts
         self.lanes = approach.lane_turns
         self.upstream = approach.upstream_lanes or len(self.lanes)
         self.onward = getattr(scenario.approaches, _opposite(name))  # arrives on the other side
@@ -163,8 +172,8 @@ class _Leg:
     def ways_through(self) -> Iterator[str]:
         """Right turns keep to the kerb of the exit; cross and left turns to its centre line.
 
-        Only a left turn that some phase permits to filter through gaps gets a waiting point inside
-        the junction. Elsewhere a vehicle that stands in the middle of the box is an accident to
+        Only a left turn that a phase of the program that rules permits to filter through gaps gets
+        a waiting point inside the junction. Elsewhere a vehicle that stands in the middle of the box is an accident to
         come: with SUMO's waiting points everywhere, dark lights gave collisions by the dozen and
         rings of four left-turners that wait for each other forever.
         """
@@ -176,14 +185,8 @@ class _Leg:
             lanes = _Leg(self.scenario, leg, self.scenario.approaches.of(leg), 0).receiving
             first = 0 if turn == "R" else lanes - len(sources)
             for offset, source in enumerate(sources):
-                extra = "" if turn == "L" and self._filters() else 'contPos="0"'
+                extra = "" if turn == "L" and self.waits_inside else 'contPos="0"'
                 yield _connection(self.name, exit_name(leg), source, first + offset, extra)
-
-    def _filters(self) -> bool:
-        """Whether a phase of the signal permits this approach's left turn."""
-        signal = None if self.stop_signs else self.scenario.signal
-        left = f"{LETTERS[self.name]}-L"
-        return signal is not None and any(left in phase.permitted for phase in signal.phases)
 
 
 def _edge(name: str, start: str, end: str, lanes: int, limit: float, extra: str = "") -> str:

@@ -1,8 +1,9 @@
 """Scenario -> SUMO network by netconvert; sumolib reads it back into movements and lanes."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,32 +32,38 @@ class Network:
         return [junction.intersection for junction in self.junctions.values()]
 
 
-def build_network(scenario: Scenario, *, stop_signs: bool = False) -> Network:
+def build_network(
+    scenario: Scenario, *, stop_signs: bool = False, waiting_lefts: Collection[str] = ()
+) -> Network:
     """The scenario's network, from the cache where it was built before.
+
+    Without further words it is the one road for dark lights, whatever the scenario's program says.
 
     Args:
         scenario: where.
         stop_signs: whether stop signs stand where the lights would; roads are the same.
+        waiting_lefts: left turns with a waiting point inside, for programs that permit them.
 
     Raises:
         NetworkError: netconvert refuses it, or it does not have the movements of the scenario.
     """
-    if (known := _built.get((scenario.hash, stop_signs))) is None:
-        known = _built[scenario.hash, stop_signs] = _build(scenario, stop_signs)
+    variant = scenario.hash, stop_signs, frozenset(waiting_lefts)
+    if (known := _built.get(variant)) is None:
+        known = _built[variant] = _build(scenario, stop_signs, frozenset(waiting_lefts))
     return known
 
 
-_built: dict[tuple[str, bool], Network] = {}  # by the scenario's hash; a process meets few
+_built: dict[tuple[str, bool, frozenset[str]], Network] = {}  # a process meets few
 
 
-def _build(scenario: Scenario, stop_signs: bool) -> Network:
-    first = plain_xml(scenario, setbacks={}, stop_signs=stop_signs)
+def _build(scenario: Scenario, stop_signs: bool, waiting_lefts: frozenset[str]) -> Network:
+    plain = partial(plain_xml, scenario, stop_signs=stop_signs, waiting_lefts=waiting_lefts)
+    first = plain(setbacks={})
     sources = [Path(file).read_bytes() for file in (__file__, plain_xml.__code__.co_filename)]
     key = tools.digest(tools.sumo_version(), *sources, *OPTIONS, *first.values())
 
     def make(folder: Path) -> None:
-        setbacks = _setbacks(_netconvert(folder, first), scenario)
-        _netconvert(folder, plain_xml(scenario, setbacks, stop_signs=stop_signs))
+        _netconvert(folder, plain(setbacks=_setbacks(_netconvert(folder, first), scenario)))
 
     path = tools.cached("networks", key, make) / "net.xml"
     junctions = _read(path, scenario)

@@ -7,7 +7,7 @@ from xml.sax.saxutils import quoteattr
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario.scenario import Scenario
 from benchmark.scenario.signal import Signal, SignalPhase
-from benchmark.sumo import tools
+from benchmark.sumo import clearance, tools
 from benchmark.sumo.junction import Junction
 from benchmark.sumo.network import Network
 
@@ -37,21 +37,38 @@ def check_programs(scenario: Scenario, programs: Mapping[str, Signal], network: 
                     f"{scenario.name}: signal.{key}: {here:g} s; expected at least the "
                     f"{least:g} s of the scenario's own program"
                 )
-        for problem in _conflicting_greens(signal, network.junctions[name]):
+        for problem in _conflicting_greens(scenario, signal, network.junctions[name]):
             raise ScenarioError(f"{scenario.name}: {problem}")
 
 
-def _conflicting_greens(signal: Signal, junction: Junction) -> Iterator[str]:
+def _conflicting_greens(scenario: Scenario, signal: Signal, junction: Junction) -> Iterator[str]:
     movements = junction.intersection.movements
     for index, phase in enumerate(signal.phases):
         for name in phase.movements:
             for other in sorted(movements[name].conflicts & set(phase.movements)):
                 straight = {movements[name].turn, movements[other].turn} == {"C"}
                 if straight or not {name, other} & set(phase.permitted):
+                    remedy = "split the phase, or name a left that yields in permitted"
+                    if {movements[name].turn, movements[other].turn} == {"L"}:
+                        remedy = _of_lefts(scenario, junction, name, other) or remedy
                     yield (
                         f"signal.phases[{index}]: {name} and {other} conflict but are green "
-                        "together; split the phase, or name a left that yields in permitted"
+                        f"together; {remedy}"
                     )
+
+
+def _of_lefts(scenario: Scenario, junction: Junction, name: str, other: str) -> str | None:
+    """What helps two lefts that a wider box would keep apart."""
+    intersection = junction.intersection
+    radius = clearance.radius_for(scenario, intersection.id, name, other)
+    if radius is None:
+        return None
+    near = clearance.nearest(intersection.movements[name], intersection.movements[other])
+    return (
+        f"the paths from {' and '.join(near.lanes)} come within {near.distance:.1f} m of each "
+        f"other: widen the box with intersection.radius = {radius:g} (m, of the corners; default "
+        "4), or split the phase"
+    )
 
 
 def program_xml(programs: Mapping[str, Signal], network: Network) -> str:

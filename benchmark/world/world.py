@@ -75,7 +75,10 @@ class World:
         window: bool = False,
     ) -> None:
         self.scenario, self.rate, self.seed = scenario, rate, seed
-        self.network: Network = network.build_network(scenario, stop_signs=stop_signs)
+        waiting_lefts = frozenset[str]().union(*(each.permitted for each in programs.values()))
+        self.network: Network = network.build_network(
+            scenario, stop_signs=stop_signs, waiting_lefts=waiting_lefts
+        )
         # drawn on one network for all, so that every controller meets the same vehicles
         dark = network.build_network(scenario)
         self.routes: Routes = demand.build_routes(scenario, dark, seed)

@@ -1,5 +1,6 @@
 """Networks: movements, conflicts, lanes and lengths as the scenario says, the same every time."""
 
+import re
 from itertools import combinations
 from pathlib import Path
 
@@ -8,11 +9,13 @@ import sumolib
 from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
 from factories.traffic import CONFLICT_FREE
 
-from benchmark.plumbing.errors import NetworkError
+from benchmark.plumbing.errors import NetworkError, ScenarioError
 from benchmark.scenario.layout import LETTERS
-from benchmark.scenario.scenario import Scenario
+from benchmark.scenario.scenario import CENTRE, Scenario
+from benchmark.study.episode import Episode, run_episode
 from benchmark.sumo import network
 from benchmark.sumo.junction import Junction, movement_of
+from benchmark.sumo.signals import check_programs
 
 NORTH = "approaches.northbound"
 
@@ -210,3 +213,80 @@ def test_a_controller_cannot_change_the_facts_it_is_given(monkeypatch: pytest.Mo
     for facts in (intersection.lanes, intersection.movements, intersection.phases):
         with pytest.raises(TypeError):
             facts["N-L"] = None
+
+
+YIELDING_LEFTS = {
+    "signal.phases": [
+        {"movements": ["N-C", "N-L", "S-C", "S-L"], "permitted": ["N-L", "S-L"], "green": 30},
+        {"movements": ["E-C", "E-L", "W-C", "W-L"], "permitted": ["E-L", "W-L"], "green": 30},
+    ]
+}
+
+
+def test_dark_lights_have_one_road_whatever_the_program_says() -> None:
+    protected, permitted = network.build_network(parsed()), parsed(YIELDING_LEFTS)
+    assert network.build_network(permitted).hash == protected.hash
+    assert permitted.signal is not None
+    filtering = network.build_network(permitted, waiting_lefts=permitted.signal.permitted)
+    assert filtering.hash != protected.hash
+    waits = {
+        name: len(movement.ways[0].shape)
+        for name, movement in filtering.junctions[CENTRE].intersection.movements.items()
+    }
+    assert waits.keys() == protected.junctions[CENTRE].intersection.movements.keys()
+
+
+def test_a_record_names_the_network_that_was_driven_on() -> None:
+    scenario = parsed(YIELDING_LEFTS)
+    hashes = {
+        name: run_episode(Episode(scenario, name, rate, 1)).network_hash
+        for name, rate in (("traffic-light", None), ("unsignalised", None), ("first-come", 0.5))
+    }
+    assert hashes["unsignalised"] == hashes["first-come"] == network.build_network(scenario).hash
+    assert hashes["traffic-light"] != hashes["first-come"]
+
+
+DUAL_LEFTS = {f"approaches.{name}.lanes": "R C L L" for name in ("northbound", "southbound")}
+
+
+def test_lefts_that_come_too_near_are_refused_with_the_paths_the_distance_and_the_radius() -> None:
+    scenario = parsed(DUAL_LEFTS | {"intersection.radius": 1.5})
+    roads = network.build_network(scenario)
+    with pytest.raises(ScenarioError) as caught:
+        check_programs(scenario, scenario.programs, roads)
+    words = re.fullmatch(
+        r"test/a: signal\.phases\[0\]: N-L and S-L conflict but are green together; the paths from "
+        r"(northbound_\d) and (southbound_\d) come within (\d\.\d) m of each other: widen the box "
+        r"with intersection\.radius = (\d+) \(m, of the corners; default 4\), or split the phase",
+        str(caught.value),
+    )
+    assert words is not None
+    assert float(words[3]) < 3.2  # a lane's width
+    wider = parsed(DUAL_LEFTS | {"intersection.radius": float(words[4])})
+    check_programs(wider, wider.programs, network.build_network(wider))
+
+
+def test_a_wider_radius_lengthens_the_ways_through_and_keeps_the_approaches() -> None:
+    narrow, wide = (
+        network.build_network(parsed({"intersection.radius": radius}))
+        .junctions[CENTRE]
+        .intersection
+        for radius in (4.0, 12.0)
+    )
+    assert narrow.lanes.keys() == wide.lanes.keys()
+    for name, lane in wide.lanes.items():
+        assert lane.length == pytest.approx(narrow.lanes[name].length, abs=0.1)
+    for name, movement in wide.movements.items():
+        assert movement.ways[0].length > narrow.movements[name].ways[0].length
+
+
+def test_the_default_radius_is_sumos() -> None:
+    said = network.build_network(parsed({"intersection.radius": 4.0}))
+    unsaid = network.build_network(parsed())
+    assert said.junctions[CENTRE].intersection.lanes == unsaid.junctions[CENTRE].intersection.lanes
+
+
+@pytest.mark.parametrize("bay", [0.001, 4.9, -1])
+def test_a_bay_that_holds_no_vehicle_is_refused_by_its_name(bay: float) -> None:
+    with pytest.raises(ScenarioError, match=r"approaches\.eastbound\.bay: .*5"):
+        parsed({"approaches.eastbound.bay": bay})
