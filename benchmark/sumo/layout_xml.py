@@ -172,10 +172,10 @@ class _Leg:
     def ways_through(self) -> Iterator[str]:
         """Right turns keep to the kerb of the exit; cross and left turns to its centre line.
 
-        Only a left turn that a phase of the program that rules permits to filter through gaps gets
-        a waiting point inside the junction. Elsewhere a vehicle that stands in the middle of the box is an accident to
-        come: with SUMO's waiting points everywhere, dark lights gave collisions by the dozen and
-        rings of four left-turners that wait for each other forever.
+        Only a left turn that a phase of the ruling program permits to filter through gaps gets a
+        waiting point inside the junction. Elsewhere a vehicle that stands in the middle of the box
+        is an accident to come: with SUMO's waiting points everywhere, dark lights gave collisions
+        by the dozen and rings of four left-turners that wait for each other forever.
         """
         for turn in "RCL":
             leg = self.scenario.approaches.exit_leg(self.name, turn)

@@ -10,7 +10,7 @@ from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
 from factories.traffic import CONFLICT_FREE
 
 from benchmark.plumbing.errors import NetworkError, ScenarioError
-from benchmark.scenario.layout import LETTERS
+from benchmark.scenario.layout import COMPASS, LETTERS
 from benchmark.scenario.scenario import CENTRE, Scenario
 from benchmark.study.episode import Episode, run_episode
 from benchmark.sumo import network
@@ -246,11 +246,15 @@ def test_a_record_names_the_network_that_was_driven_on() -> None:
     assert hashes["traffic-light"] != hashes["first-come"]
 
 
-DUAL_LEFTS = {f"approaches.{name}.lanes": "R C L L" for name in ("northbound", "southbound")}
+DUAL_LEFTS = {
+    f"approaches.{name}.lanes": lanes
+    for names, lanes in ((COMPASS[::2], "RC L L"), (COMPASS[1::2], "RC L"))
+    for name in names
+}
 
 
 def test_lefts_that_come_too_near_are_refused_with_the_paths_the_distance_and_the_radius() -> None:
-    scenario = parsed(DUAL_LEFTS | {"intersection.radius": 1.5})
+    scenario = parsed(DUAL_LEFTS)
     roads = network.build_network(scenario)
     with pytest.raises(ScenarioError) as caught:
         check_programs(scenario, scenario.programs, roads)
