@@ -31,7 +31,7 @@ from benchmark.control.isolation import channel, imports, process, remote
 from benchmark.control.isolation.channel import Channel, MalformedError
 from benchmark.control.isolation.child import Writer
 from benchmark.control.isolation.limits import DEFAULT, Limits
-from benchmark.control.isolation.readable import readable
+from benchmark.control.isolation.readable import listed, readable
 from benchmark.plumbing.errors import ControllerError
 from benchmark.records.record import Record
 from benchmark.scenario.scenario import Scenario
@@ -204,7 +204,7 @@ def test_an_answer_that_is_none_is_told(answer: bytes, words: str) -> None:
 
 def test_a_deadline_holds_for_those_who_do_not_read(ends: tuple[Channel, Channel]) -> None:
     runner, _ = ends
-    question = channel.Open("x" * 1_000_000, "", (), (), 1, 1)
+    question = channel.Open("x" * 1_000_000, "", (), (), (), 1, 1)
     began = time.perf_counter()
     with pytest.raises(TimeoutError):
         runner.send(question, began + 0.2)
@@ -350,6 +350,24 @@ def test_the_cache_is_never_readable(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert inside == {Path("apart.py"), Path("work/weights")}
     monkeypatch.setenv("RIGHTOFWAY_CACHE", str(tmp_path.parent / "elsewhere"))
     assert str(tmp_path) in readable(f"{tmp_path}/apart.py:Mine")
+
+
+def test_of_a_clone_only_packages_are_readable(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("mine", "results", "out", ".git", "other.dist-info", "libs"):
+        (tmp_path / "clone" / name).mkdir(parents=True)
+        (tmp_path / "clone" / name / "some.txt").write_text("")
+    for name in ("mine/__init__.py", "single.py", "notes.txt", ".env", "key.pem"):
+        (tmp_path / "clone" / name).write_text("")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path / "clone")])
+    found = {Path(one) for one in readable("first-come")}
+    inside = {one.name for one in found if tmp_path in one.parents}
+    assert inside == {"mine", "single.py", "other.dist-info"}
+    assert str(tmp_path / "clone") in listed()
+    packages = Path(pytest.__file__).parents[1]
+    assert str(packages) in map(str, found)
+    assert str(packages) not in listed()
 
 
 def test_options_that_are_paths_begin_where_the_user_is(

@@ -37,6 +37,7 @@ class Open(Message):
     folder: str  # where relative paths in the reference begin
     path: tuple[str, ...]  # folders to import from, before all others
     readable: tuple[str, ...]  # files and folders that may be read
+    listed: tuple[str, ...]  # folders whose entries may be listed
     memory: int  # MB
     runner: int  # id of its process
 
@@ -80,6 +81,18 @@ class See(Message):
         return TrafficState(intersection, self.time, self.vehicles, self.inside, self.phase)
 
 
+class Try(Message):
+    """Try what isolation is to keep out."""
+
+    victim: str  # a file that is not the controller's
+
+
+class Tried(Message):
+    """What came of each attempt."""
+
+    outcomes: dict[str, Text]
+
+
 class Declared(Message):
     """What the controller's class says of itself."""
 
@@ -111,8 +124,8 @@ class Fault(Message):
     reason: Text
 
 
-QUESTIONS = Open | Ask | Begin | See
-ANSWERS = Declared | Answer | Begun | Commands | Fault
+QUESTIONS = Open | Ask | Begin | See | Try
+ANSWERS = Declared | Tried | Answer | Begun | Commands | Fault
 
 
 class MalformedError(Exception):

@@ -12,7 +12,7 @@ from benchmark.control.commands import text, write_command
 from benchmark.control.controller import Command, expect_mapping
 from benchmark.control.guard import PROGRAMS, TRAINED_ON, ControllerFailedError, Guard, raised
 from benchmark.control.intersection import Intersection
-from benchmark.control.isolation import channel, imports, sandbox
+from benchmark.control.isolation import attempts, channel, imports, sandbox
 from benchmark.control.isolation.channel import Channel
 from benchmark.control.plugins import Plugin
 from benchmark.control.state import TrafficState
@@ -82,13 +82,18 @@ class Service:
             case channel.See():
                 state = question.state(self._intersections[question.junction])
                 return self._guard.act(question.junction, state, Writer(self._plugin.label))
+            case channel.Try(victim):
+                return channel.Tried(attempts.tried(Path(victim)))
         raise AssertionError(question)
 
     def _open(self, opening: channel.Open) -> channel.Declared:
         empty = Path.cwd()
         self._memory = opening.memory
         try:
-            sandbox.enter([*opening.readable, str(empty)], opening.memory, opening.runner)
+            readable = [*opening.readable, opening.folder, str(empty)]
+            temporary = Path(os.environ["TMPDIR"])
+            place = sandbox.Place(tuple(readable), opening.listed, temporary)
+            sandbox.enter(place, opening.memory, opening.runner)
         except OSError as error:
             raise ControllerError(
                 f"this system refuses to isolate: {error}; run what you trust with --no-isolate"

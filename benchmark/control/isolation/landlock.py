@@ -10,6 +10,7 @@ from pathlib import Path
 CREATE, ADD_RULE, RESTRICT = 444, 445, 446  # system calls, the same on every machine
 PATH_BENEATH = 1
 WRITE_FILE, READ_FILE, READ_DIRECTORY = 1 << 1, 1 << 2, 1 << 3
+REMOVE, MAKE, MOVE_AND_TRUNCATE = 0b11 << 4, (1 << 7) | (1 << 8), 0b11 << 13  # folders and files
 RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15}  # by version, bits of rights on files; 16 from version 5 on
 CONNECT_AND_BIND = 0b11  # TCP, from version 4 on
 SOCKETS_AND_SIGNALS = 0b11  # to processes elsewhere, from version 6 on
@@ -32,8 +33,10 @@ def version() -> int:
     return max(0, int(version))
 
 
-def restrict(readable: Iterable[str]) -> None:
-    """From now on this process reads these files and folders, and writes to nothing but /dev/null.
+def restrict(
+    readable: Iterable[str], listed: Iterable[str] = (), writable: Iterable[str] = ()
+) -> None:
+    """From now on this process reads, lists or writes these files and folders alone, and /dev/null.
 
     Raises:
         OSError: the kernel refuses.
@@ -47,6 +50,11 @@ def restrict(readable: Iterable[str]) -> None:
     try:
         for path in readable:
             _allow(libc, rules, path, READ_FILE | READ_DIRECTORY)
+        for path in listed:
+            _allow(libc, rules, path, READ_DIRECTORY)
+        for path in writable:
+            rights = READ_FILE | READ_DIRECTORY | WRITE_FILE | REMOVE | MAKE | MOVE_AND_TRUNCATE
+            _allow(libc, rules, path, rights & attributes[0])
         _allow(libc, rules, os.devnull, READ_FILE | WRITE_FILE)
         _checked(
             libc.prctl(SET_NO_NEW_PRIVILEGES, *[ctypes.c_ulong(number) for number in (1, 0, 0, 0)])

@@ -49,13 +49,16 @@ class Process:
         self._folder = tempfile.TemporaryDirectory(
             prefix="rightofway-isolated-", ignore_cleanup_errors=True
         )
+        home, temporary = (Path(self._folder.name, name) for name in ("home", "temporary"))
+        home.mkdir()
+        temporary.mkdir()
         ours, theirs = socket.socketpair()
         paths = [str(Path(path or ".").absolute()) for path in sys.path]
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  (this Python, a list of arguments)
                 [sys.executable, "-I", "-B", "-c", START, str(theirs.fileno()), json.dumps(paths)],
-                env=_environment(self._folder.name),
-                cwd=self._folder.name,
+                env=_environment(home, temporary),
+                cwd=home,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -117,7 +120,8 @@ class Process:
         self._folder.cleanup()
 
 
-def _environment(folder: str) -> dict[str, str]:
+def _environment(home: Path, temporary: Path) -> dict[str, str]:
     """What a controller needs of the environment, and no secrets."""
     kept = {name: os.environ[name] for name in KEPT if name in os.environ}
-    return {**kept, "HOME": folder, "TMPDIR": folder, **dict.fromkeys(ONE_THREAD, "1")}
+    folders = {"HOME": str(home), "TMPDIR": str(temporary)}
+    return {**kept, **folders, **dict.fromkeys(ONE_THREAD, "1")}

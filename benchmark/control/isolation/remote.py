@@ -26,7 +26,7 @@ from benchmark.control.intersection import Intersection
 from benchmark.control.isolation import channel
 from benchmark.control.isolation.limits import DEFAULT, Limits
 from benchmark.control.isolation.process import Process
-from benchmark.control.isolation.readable import readable
+from benchmark.control.isolation.readable import listed, readable
 from benchmark.control.isolation.staging import Brought, Stage
 from benchmark.control.state import TrafficState
 from benchmark.plumbing.errors import ControllerError
@@ -110,6 +110,7 @@ class Remote:
             str(stage.root),
             stage.path,
             (*readable(stage.files), *stage.path),
+            listed(),
             self._limits.memory,
             os.getpid(),
         )
@@ -132,6 +133,11 @@ class Remote:
     def decider(self, scenario: Scenario) -> "RemoteGuard":
         """The controller of an episode on a scenario."""
         return RemoteGuard(self._process, self.declaration, scenario, self._limits)
+
+    def attempt(self, victim: Path) -> Mapping[str, str]:
+        """What comes of what isolation is to keep out; ``attempts`` names it."""
+        question = channel.Try(str(victim))
+        return self._process.ask(question, channel.Tried, "attempts", self._limits.start).outcomes
 
 
 class RemoteGuard:
