@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, PositiveInt, TypeAdapter
 
 from baselines.hierarchical.observation import SIDES, Side, beside
 from baselines.hierarchical.policy import (
@@ -26,7 +26,8 @@ from benchmark.control.training import declared_training
 from benchmark.learning.weights import Weights, load
 
 SHIPPED = Path(__file__).parent / "weights"
-HIDDEN = (64, 64)
+HIDDEN = (64, 64)  # where a file's notes say nothing else
+WIDTHS = TypeAdapter(Annotated[tuple[PositiveInt, ...], Field(min_length=1)])
 
 Low = Literal["learned", "forward", "random"]
 Training = Annotated[int, Field(ge=1, le=3)]
@@ -123,6 +124,6 @@ class Hierarchy(Controller):
 def _read(path: Path, size: int) -> Weights:
     return load(
         path,
-        shapes(size, HIDDEN),
+        lambda notes: shapes(size, WIDTHS.validate_python(notes.get("hidden", HIDDEN))),
         "reinstall rightofway, or train with `rightofway train`",
     )

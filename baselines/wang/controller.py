@@ -5,14 +5,14 @@ from functools import cache
 from pathlib import Path
 from typing import ClassVar
 
-from baselines.wang.policy import HIDDEN, Greedy, shapes
+from baselines.wang.policy import Greedy, Network
 from benchmark.control.arbitration import undecided
 from benchmark.control.controller import Command, Controller, Go, Stop
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.control.training import declared_training
 from benchmark.learning.observation import Layout, Observer
-from benchmark.learning.weights import Weights, load
+from benchmark.learning.weights import Notes, Weights, load
 
 SHIPPED = Path(__file__).parent / "weights"
 
@@ -21,7 +21,8 @@ class Wang(Controller):
     """Wang et al.'s learned Go/Stop policy, shared by all RVs, as published.
 
     Args:
-        weights: a file as ``rightofway train`` writes it; default: what ships.
+        weights: a file as ``rightofway train`` writes it, of any layout, width and number of
+            atoms; default: what ships.
 
     Raises:
         ControllerError: the weights are missing, damaged or of another network.
@@ -29,19 +30,18 @@ class Wang(Controller):
 
     NAME: ClassVar[str] = "wang"
     LAYOUT: ClassVar[Layout] = "paper"
-    ATOMS: ClassVar[int] = 51
+    """Of the weights that ship, and of those whose file notes none."""
 
     def __init__(self, weights: Path | None = None) -> None:
-        self._weights = _read(
-            weights or SHIPPED / f"{self.NAME}.safetensors", self.LAYOUT, self.ATOMS
-        )
+        self._weights = _read(weights or SHIPPED / f"{self.NAME}.safetensors", self.LAYOUT)
+        self._layout = _network(self._weights.notes, self.LAYOUT).layout
         self.weights_hash = self._weights.hash
         self.trained_on = declared_training(self._weights.notes)
         self._policy = Greedy(self._weights.arrays)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection; the policy itself remembers nothing."""
-        self._observer = Observer(intersection, self.LAYOUT)
+        self._observer = Observer(intersection, self._layout)
 
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         """Go or Stop for every RV that decides, in one forward pass."""
@@ -56,8 +56,11 @@ class Wang(Controller):
         return {ego.id for ego, go in zip(egos, actions, strict=True) if go}
 
     def _to_ask(self, state: TrafficState) -> Sequence[Vehicle]:
-        """The RVs whose decision moves them; to ask the others is slow and changes nothing."""
-        return undecided(state)
+        """The RVs whose decision moves them; to ask the others is slow and changes nothing.
+
+        In the extended layout all: what an RV decided before is part of what it observes.
+        """
+        return state.deciding if self._layout == "extended" else undecided(state)
 
 
 class WangTuned(Wang):
@@ -66,12 +69,12 @@ class WangTuned(Wang):
     NAME = "wang-tuned"
     LAYOUT = "extended"
 
-    def _to_ask(self, state: TrafficState) -> Sequence[Vehicle]:
-        """All: what an RV decided before is part of what it observes (``held_back``)."""
-        return state.deciding
-
 
 @cache
-def _read(path: Path, layout: Layout, atoms: int) -> Weights:
+def _read(path: Path, layout: Layout) -> Weights:
     remedy = "reinstall rightofway, or train with `rightofway train`"
-    return load(path, shapes(layout, HIDDEN, atoms), remedy)
+    return load(path, lambda notes: _network(notes, layout).shapes, remedy)
+
+
+def _network(notes: Notes, layout: Layout) -> Network:
+    return Network.model_validate({"layout": layout, **notes})

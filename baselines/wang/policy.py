@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BaseModel, Field, PositiveInt
 from threadpoolctl import threadpool_limits
 
 from benchmark.learning.observation import Layout, Numbers, size
@@ -17,6 +18,19 @@ if TYPE_CHECKING:
 HIDDEN = (512, 512, 512)  # widths of the hidden layers (Wang et al.)
 ACTIONS = 2  # Stop, Go
 FEW = 3  # rows up to which one after another is faster: a matrix product first packs the weights
+
+
+class Network(BaseModel):
+    """What the notes of a weights' file say of its network; without notes, as published."""
+
+    layout: Layout = "paper"
+    hidden: tuple[PositiveInt, ...] = Field(HIDDEN, min_length=1)
+    atoms: PositiveInt = 51
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Of its arrays."""
+        return shapes(self.layout, self.hidden, self.atoms)
 
 
 def shapes(layout: Layout, hidden: tuple[int, ...], atoms: int) -> dict[str, tuple[int, ...]]:

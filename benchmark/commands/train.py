@@ -17,7 +17,11 @@ def train(
         typer.Option("--rate", "--rates", min=0, max=1, help="Repeatable; default: the settings'."),
     ] = None,
     steps: Annotated[
-        int | None, typer.Option(min=1, help="Decisions of vehicles to learn from.")
+        int | None,
+        typer.Option(
+            min=1,
+            help="Decisions of vehicles to learn from; the last round is played to its end.",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of weights, draws and traffic.")] = 1,
     workers: Annotated[

@@ -42,7 +42,8 @@ class Course:
         folder: of the run.
         options: of the command.
         validation: how weights are judged.
-        steps: decisions of vehicles to learn from.
+        steps: decisions of vehicles to learn from, at least; the round in which they are reached
+            is played to its end.
     """
 
     def __init__(
@@ -80,13 +81,10 @@ class Course:
         forms = [make_output_format(form, folder, suffix) for form in ("csv", "tensorboard")]
         with closing(Logger(folder, forms)) as logger, bar("decisions") as display:
             self._model.set_logger(logger)
-            task = display.add_task(
-                self._status(), completed=min(self.steps, self.decisions), total=self.steps
-            )
+            task = display.add_task(self._status(), completed=self.decisions, total=self.steps)
 
             def move() -> None:
-                done = min(self.steps, self.decisions)
-                display.update(task, completed=done, description=self._status())
+                display.update(task, completed=self.decisions, description=self._status())
                 logger.dump(self.decisions)
 
             yield move
@@ -190,6 +188,14 @@ class Course:
             finished=True, digest=files.digest(best.arrays), validation=round(best.waiting, 3)
         )
         self._notify(f"{path}: validation {best.waiting:.2f} s, {best.gridlocked} gridlocked")
+        self._notify(self._extent())
+
+    def _extent(self) -> str:
+        """From how much it learnt."""
+        learnt = f"learnt from {self.decisions:,} decisions in {self.round} rounds"
+        if self.decisions == self.steps:
+            return learnt
+        return f"{learnt}; {self.steps:,} were asked for, and a run ends with a whole round"
 
 
 def tensors(weights: Arrays) -> dict[str, torch.Tensor]:

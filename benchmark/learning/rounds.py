@@ -37,7 +37,9 @@ if TYPE_CHECKING:
 class LearnerSettings(Table):
     """What every learner has."""
 
-    steps: int = Field(gt=0, description="decisions of vehicles to learn from")
+    steps: int = Field(
+        gt=0, description="decisions of vehicles to learn from; the last round is played to its end"
+    )
 
 
 class RunSettings(Table):

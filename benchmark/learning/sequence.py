@@ -119,8 +119,9 @@ class TrafficSequence:
 
 
 def _share(rate: object) -> float:
-    is_number = isinstance(rate, int | float | np.number)
-    if is_number and 0 <= (share := float(rate)) <= 1:
-        return share
-    said = f"{rate:g}" if is_number else repr(rate)
+    said = repr(rate)
+    if isinstance(rate, int | float | np.number):
+        if 0 <= (share := float(rate)) <= 1:
+            return share
+        said = f"{share:g}"
     raise UsageError(f"rate {said}: expected a share from 0 to 1")

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,8 @@ import numpy.typing as npt
 from benchmark.plumbing.errors import ControllerError
 
 Arrays = Mapping[str, npt.NDArray[np.float32]]
+Notes = Mapping[str, Any]
+Shapes = Mapping[str, tuple[int, ...]]
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class Weights:
     """Named arrays, what was noted of them, and their SHA-256."""
 
     arrays: Arrays
-    notes: Mapping[str, Any]
+    notes: Notes
     hash: str
 
 
@@ -34,7 +36,7 @@ def digest(arrays: Arrays) -> str:
     return found.hexdigest()
 
 
-def save(path: Path, arrays: Arrays, notes: Mapping[str, Any]) -> None:
+def save(path: Path, arrays: Arrays, notes: Notes) -> None:
     """Write weights.
 
     Args:
@@ -49,12 +51,13 @@ def save(path: Path, arrays: Arrays, notes: Mapping[str, Any]) -> None:
     save_file(plain, path, metadata=metadata)
 
 
-def load(path: Path, shapes: Mapping[str, tuple[int, ...]], remedy: str) -> Weights:
+def load(path: Path, shapes: Shapes | Callable[[Notes], Shapes], remedy: str) -> Weights:
     """Read weights and check that they are whole and fit.
 
     Args:
         path: the file.
-        shapes: the shape that every array must have.
+        shapes: the shape that every array must have, or what tells it from the file's notes; a
+            ``ValueError`` of it says that the notes make no sense.
         remedy: what to do where they do not, for messages.
 
     Raises:
@@ -75,20 +78,25 @@ def load(path: Path, shapes: Mapping[str, tuple[int, ...]], remedy: str) -> Weig
         raise ControllerError(
             f"{path}: not a whole safetensors file ({error}); {remedy}"
         ) from error
-    found = {name: array.shape for name, array in arrays.items()}
-    for name in sorted(shapes.keys() | found.keys()):
-        if found.get(name) != shapes.get(name):
-            raise ControllerError(
-                f"{path}: weights of another network: {name} is {found.get(name, 'missing')}, "
-                f"expected {shapes.get(name, 'none')}; {remedy}"
-            )
     if metadata.get("digest") != (found_digest := digest(arrays)):
         raise ControllerError(
             f"{path}: the weights do not match the SHA-256 noted in the file: it was changed or "
             f"written by something else; {remedy}"
         )
     try:
-        notes = json.loads(metadata["notes"])
-    except (KeyError, ValueError) as error:
+        notes = dict(json.loads(metadata["notes"]))
+        expected = shapes(notes) if callable(shapes) else shapes
+    except (KeyError, TypeError, ValueError) as error:
         raise ControllerError(f"{path}: the notes in the file are damaged; {remedy}") from error
+    _compare(path, arrays, expected, remedy)
     return Weights(arrays, notes, found_digest)
+
+
+def _compare(path: Path, arrays: Arrays, expected: Shapes, remedy: str) -> None:
+    found = {name: array.shape for name, array in arrays.items()}
+    for name in sorted(expected.keys() | found.keys()):
+        if found.get(name) != expected.get(name):
+            raise ControllerError(
+                f"{path}: weights of another network: {name} is {found.get(name, 'missing')}, "
+                f"expected {expected.get(name, 'none')}; {remedy}"
+            )
