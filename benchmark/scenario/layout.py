@@ -23,15 +23,21 @@ class Approach(Table):
     )
     speed_limit: PositiveFloat = Field(le=60, description="[m/s]")
     lanes: str = Field(
+        "",
         description="Lanes at the entrance from the kerb to the centre line, by the turns each "
-        "serves: R right, C cross, L left; a shared lane joins letters, as in 'RC C CL'.",
+        "serves: R right, C cross, L left; a shared lane joins letters, as in 'RC C CL'. Without "
+        "it nobody arrives here: vehicles only leave on this leg.",
         examples=["R C C L"],
     )
     upstream_lanes: PositiveInt | None = Field(
         None, le=8, description="Lanes before the bay; default: as many as at the entrance."
     )
-    exit_lanes: PositiveInt | None = Field(
-        None, le=8, description="Lanes of the road beyond; default: the lanes of its other side."
+    exit_lanes: int | None = Field(
+        None,
+        ge=0,
+        le=8,
+        description="Lanes of the road beyond; default: the lanes of its other side. 0: nobody "
+        "leaves there, the leg is one-way towards the intersection.",
     )
     slip_lane: bool = Field(
         False, description="Right turns leave before the stop line and yield, never wait for green."
@@ -49,8 +55,6 @@ class Approach(Table):
     @classmethod
     def _lanes_in_order(cls, lanes: str) -> str:
         tokens = lanes.upper().split()
-        if not tokens:
-            raise ValueError('expected lanes such as "R C C L"')
         for token in tokens:
             for letter in token:
                 if letter not in TURNS:
@@ -66,6 +70,11 @@ class Approach(Table):
     def _bay_fits(self) -> Self:
         if self.bay is not None and self.bay > self.length:
             raise ValueError(f"bay ({self.bay:g} m) is longer than length ({self.length:g} m)")
+        if not self.lane_turns and (self.bay or self.upstream_lanes or self.slip_lane):
+            raise ValueError(
+                'without lanes nobody arrives here; give lanes such as "R C C L", or remove bay, '
+                "upstream_lanes and slip_lane"
+            )
         if self.upstream_lanes not in (None, len(self.lane_turns)) and not self.has_bay:
             raise ValueError(
                 f"upstream_lanes ({self.upstream_lanes}) differs from the lanes at the entrance; "
@@ -102,6 +111,10 @@ class Approaches(Table):
         """The names of the approaches that exist, clockwise."""
         return tuple(name for name, _ in self.items())
 
+    def entering(self) -> Iterator[tuple[str, Approach]]:
+        """The approaches on which vehicles arrive, clockwise."""
+        return ((name, approach) for name, approach in self.items() if approach.lane_turns)
+
     def of(self, name: str) -> Approach:
         """The approach of a name that exists."""
         approach: Approach = getattr(self, name)
@@ -115,7 +128,12 @@ class Approaches(Table):
         """
         steps = {"L": 1, "C": 2, "R": 3}[turn]
         leg = COMPASS[(COMPASS.index(approach) + steps) % 4]
-        return leg if getattr(self, leg) is not None else None
+        return leg if getattr(self, leg) is not None and self.exit_lanes(leg) != 0 else None
+
+    def exit_lanes(self, leg: str) -> int | None:
+        """What the file says of the lanes that leave on an approach's leg; None if nothing."""
+        opposite = getattr(self, COMPASS[(COMPASS.index(leg) + 2) % 4])
+        return None if opposite is None else opposite.exit_lanes
 
     def served_turns(self, approach: str) -> set[str]:
         """The turns that some lane of the approach serves."""
@@ -132,7 +150,7 @@ class Approaches(Table):
         if (leg := self.exit_leg(approach, "C")) is None:
             return None
         other = self.of(leg)
-        return other.upstream_lanes or len(other.lane_turns)
+        return other.upstream_lanes or len(other.lane_turns) or 1
 
     @model_validator(mode="after")
     def _clockwise(self) -> Self:

@@ -101,7 +101,9 @@ class Scenario(Table):
             meaning["approaches"][name] |= {
                 "bay": approach.bay if approach.has_bay else None,
                 "upstream_lanes": approach.upstream_lanes or len(approach.lane_turns),
-                "exit_lanes": approach.exit_lanes or self.approaches.lanes_beyond(name),
+                "exit_lanes": self.approaches.lanes_beyond(name)
+                if approach.exit_lanes is None
+                else approach.exit_lanes,
             }
             if approach.right_on_red:  # as in files that are older than the key
                 del meaning["approaches"][name]["right_on_red"]

@@ -88,7 +88,8 @@ class _Leg:
         self.upstream = approach.upstream_lanes or len(self.lanes)
         self.onward = getattr(scenario.approaches, _opposite(name))  # arrives on the other side
         self.exit = exit_name(name)
-        self.exit_lanes = (self.onward and self.onward.exit_lanes) or self.upstream
+        said = scenario.approaches.exit_lanes(name)
+        self.exit_lanes = (self.upstream or 1) if said is None else said
         self.receiving = max(self.exit_lanes, self._most_lanes_into_exit())
         self.entry = f"{name}.upstream" if approach.has_bay else name
         self.length = approach.length + setback
@@ -96,10 +97,13 @@ class _Leg:
     def _most_lanes_into_exit(self) -> int:
         """Lanes that some movement needs on this leg's exit; surplus lanes end at the taper."""
         return max(
-            sum(turn in lane for lane in approach.lane_turns)
-            for name, approach in self.scenario.approaches.items()
-            for turn in "LCR"
-            if self.scenario.approaches.exit_leg(name, turn) == self.name
+            (
+                sum(turn in lane for lane in approach.lane_turns)
+                for name, approach in self.scenario.approaches.items()
+                for turn in "LCR"
+                if self.scenario.approaches.exit_leg(name, turn) == self.name
+            ),
+            default=0,
         )
 
     @property
@@ -124,7 +128,9 @@ class _Leg:
         name, limit = self.name, self.approach.speed_limit
         exit_limit = self.onward.speed_limit if self.onward else limit
         edges = []
-        if self.approach.has_bay:
+        if not self.lanes:  # nobody arrives
+            pass
+        elif self.approach.has_bay:
             edges.append(_edge(self.entry, f"{name}.far", f"{name}.bay", self.upstream, limit))
             edges.append(
                 _edge(name, f"{name}.bay", CENTRE, len(self.lanes), limit, self._priority())
@@ -133,6 +139,8 @@ class _Leg:
             edges.append(
                 _edge(name, f"{name}.far", CENTRE, len(self.lanes), limit, self._priority())
             )
+        if not self.receiving:  # nobody leaves
+            return edges
         end = f"{name}.taper" if self.tapers else f"{name}.far"
         edges.append(_edge(self.exit, CENTRE, end, self.receiving, exit_limit))
         if self.tapers:

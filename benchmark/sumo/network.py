@@ -100,7 +100,7 @@ def _setbacks(path: Path, scenario: Scenario) -> dict[str, float]:
             - network.getEdge(name).getLength(),
             2,
         )
-        for name, approach in scenario.approaches.items()
+        for name, approach in scenario.approaches.entering()
     }
 
 

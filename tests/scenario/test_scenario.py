@@ -146,7 +146,7 @@ MISTAKES: list[tuple[dict[str, Any], str, list[str]]] = [
     ({f"{NORTH}.lanes": "L C R"}, f"{NORTH}.lanes", ['"L C R"', "from kerb to centre"]),
     ({f"{NORTH}.lanes": "RL C"}, f"{NORTH}.lanes", ['"RL C"', "from kerb to centre"]),
     ({f"{NORTH}.lanes": "RR C L"}, f"{NORTH}.lanes", ['"RR" in "RR C L"', "twice"]),
-    ({f"{NORTH}.lanes": " "}, f"{NORTH}.lanes", ['expected lanes such as "R C C L"']),
+    ({f"{NORTH}.lanes": " "}, "demand.northbound", ["no lane serves it", "add a lane"]),
     ({f"{NORTH}.lanes": "R C"}, "demand.northbound", ['"R C"', "add a lane or drop the count"]),
     ({"demand.0.northbound.left": 0}, f"{NORTH}.lanes", ['"R C L" serves L', "add the count"]),
     # the intersection as a whole

@@ -3,10 +3,11 @@
 import re
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sumolib
-from factories.scenarios import PAPER, SHIPPED, network_of, parsed, shipped
+from factories.scenarios import DROP, PAPER, SHIPPED, network_of, parsed, shipped
 from factories.traffic import CONFLICT_FREE
 
 from benchmark.plumbing.errors import NetworkError, ScenarioError
@@ -294,3 +295,65 @@ def test_the_default_radius_is_sumos() -> None:
 def test_a_bay_that_holds_no_vehicle_is_refused_by_its_name(bay: float) -> None:
     with pytest.raises(ScenarioError, match=r"approaches\.eastbound\.bay: .*5"):
         parsed({"approaches.eastbound.bay": bay})
+
+
+ONE_WAY = {  # eastbound: vehicles arrive in the west and leave in the east
+    "approaches.westbound": {
+        "heading": 270,
+        "length": 100,
+        "speed_limit": 13.89,
+        "exit_lanes": 0,
+    },
+    "approaches.eastbound.exit_lanes": 3,
+    "approaches.northbound.lanes": "R C",
+    "approaches.southbound.lanes": "C L",
+    "demand.0.northbound": {"left": 0, "cross": 200, "right": 50},
+    "demand.0.southbound": {"left": 100, "cross": 200, "right": 0},
+    "demand.0.westbound": DROP,
+    "signal.phases": [
+        {"movements": ["N-C", "S-C"], "green": 20},
+        {"movements": ["S-L", "S-C"], "green": 10},
+        {"movements": ["E-C", "E-L"], "green": 20},
+    ],
+}
+
+
+def test_a_one_way_road_has_lanes_only_where_it_is_driven() -> None:
+    built = network.build_network(parsed(ONE_WAY))
+    edges = {edge.getID(): edge for edge in sumolib.net.readNet(str(built.path)).getEdges()}
+    assert edges.keys() == {
+        *("northbound", "eastbound", "southbound"),
+        *("northbound.exit", "eastbound.exit", "southbound.exit"),
+    }
+    assert edges["eastbound.exit"].getLaneNumber() == 3
+    (intersection,) = built.intersections
+    assert intersection.approaches == ("northbound", "eastbound", "southbound")
+    assert set(intersection.movements) == {"N-C", "N-R", "E-L", "E-C", "E-R", "S-L", "S-C"}
+
+
+@pytest.mark.parametrize(
+    ("controller", "rate"), [("traffic-light", None), ("stop-controlled", None), ("wang", 0.5)]
+)
+def test_a_one_way_road_is_driven(controller: str, rate: float | None) -> None:
+    record = run_episode(Episode(parsed(ONE_WAY), controller, rate, 1))
+    assert (record.status, record.reason) == ("ok", None)
+    assert record.junctions[CENTRE].throughput > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"approaches.northbound.lanes": "R C L", "demand.0.northbound.left": 50},
+            'approaches.northbound.lanes: turn "L" leads to no road',
+        ),
+        (
+            {"demand.0.westbound": {"cross": 10}},
+            "demand.westbound: vehicles turn C but no lane serves it",
+        ),
+        ({"approaches.westbound.bay": 50}, "without lanes nobody arrives here"),
+    ],
+)
+def test_what_cannot_be_on_a_one_way_road_is_refused(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(words)):
+        parsed(ONE_WAY | changes)
