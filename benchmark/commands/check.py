@@ -1,4 +1,4 @@
-"""The command ``rightofway check``: scenarios, or ``check controller`` for controllers."""
+"""The command ``rightofway check``: scenarios, ``check controller``, or ``check isolation``."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.plumbing.errors import UsageError
+from benchmark.plumbing.errors import ControllerError, UsageError
 
 if TYPE_CHECKING:
     from benchmark.admission.conformance import Result
 
 CONTROLLER = "controller"  # the word that turns what follows into controllers
+ISOLATION = "isolation"  # the word for this system's walls around isolated controllers
 STYLES = {"passed": "green", "failed": "bold red", "skipped": "yellow"}
 
 
@@ -20,9 +21,10 @@ def check(
     what: Annotated[
         list[str],
         typer.Argument(
-            metavar="SCENARIO... | controller NAME...",
+            metavar="SCENARIO... | controller NAME... | isolation",
             help="Scenarios as files, folders or shipped names; or the word controller, then "
-            "controllers as NAME, file.py:Class or package.module:Class, with options or without.",
+            "controllers as NAME, file.py:Class or package.module:Class, with options or without; "
+            "or the word isolation.",
         ),
     ],
     scenario: Annotated[
@@ -30,14 +32,22 @@ def check(
         typer.Option(help="Repeatable; where controllers are checked; default: smoke."),
     ] = None,
 ) -> None:
-    """Say what is wrong with scenarios, or with controllers.
+    """Say what is wrong with scenarios, with controllers, or with this system's isolation.
 
     Scenarios are validated, built and routed. Lines that begin with ! are findings; what cannot
     run at all is an error with exit code 2.
 
     Controllers go through the conformance kit: whether they keep to the contract, repeat
     themselves, forget, and how long they take. Exit code 1: some check failed.
+
+    The word isolation tries on this system what an isolated controller might. Exit code 1: some
+    attempt gets through.
     """
+    if what == [ISOLATION] and not Path(ISOLATION).exists():
+        if scenario:
+            raise UsageError("--scenario goes with `check controller`, not with `check isolation`")
+        _check_isolation()
+        return
     if what[0] != CONTROLLER or (what == [CONTROLLER] and Path(CONTROLLER).exists()):
         if scenario:
             raise UsageError("--scenario goes with `check controller`; give scenarios as they are")
@@ -96,6 +106,30 @@ def _check_controllers(references: Sequence[str], scenarios: Sequence[str]) -> N
         _print(f"{plugin.label} ({plugins.provenance(plugin.reference)})", results)
         failed += any(result.status == "failed" for result in results)
     if failed:
+        raise typer.Exit(1)
+
+
+def _check_isolation() -> None:
+    from rich.table import Table
+
+    from benchmark.control.guard import ControllerFailedError
+    from benchmark.control.isolation.probe import probe
+
+    try:
+        verdicts = probe()
+    except ControllerFailedError as error:
+        raise ControllerError(f"isolation cannot be tried: {error}") from error
+    table = Table("isolation keeps out", "verdict", "what was tried", "what it needs")
+    for verdict in verdicts:
+        style, word = (STYLES["failed"], "open") if verdict.open else (STYLES["passed"], "held")
+        told = f"got through: {', '.join(verdict.open)}" if verdict.open else ""
+        tries = console.literal(told or ", ".join(verdict.outcomes))
+        protection = verdict.protection
+        table.add_row(protection.name, f"[{style}]{word}[/]", tries, protection.needs)
+    console.stdout().print(table)
+    count = sum(bool(verdict.open) for verdict in verdicts)
+    console.stdout().print(f"{len(verdicts) - count} held, {count} open\n")
+    if count:
         raise typer.Exit(1)
 
 

@@ -176,7 +176,7 @@ def test_it_finds_no_secrets_and_nothing_of_ours_open() -> None:
     threads = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"}
     environment = found.pop("environment")
     assert isinstance(environment, list)
-    assert set(environment) - kept == {"HOME", "TMPDIR", *threads}
+    assert set(environment) - kept == {"HOME", "TMPDIR", "TORCHINDUCTOR_CACHE_DIR", *threads}
     assert found == {"descriptors": 1, "arguments": [], "folder": [], "runner": []}
 
 

@@ -27,7 +27,8 @@ from benchmark.control import plugins
 from benchmark.control.commands import read_commands
 from benchmark.control.controller import Drive, Go, Phase, Stop
 from benchmark.control.declarations import Declaration
-from benchmark.control.isolation import channel, imports, process, remote
+from benchmark.control.guard import ControllerFailedError
+from benchmark.control.isolation import channel, imports, namespace, process, remote, sandbox
 from benchmark.control.isolation.channel import Channel, MalformedError
 from benchmark.control.isolation.child import Writer
 from benchmark.control.isolation.limits import DEFAULT, Limits
@@ -381,7 +382,118 @@ def test_options_that_are_paths_begin_where_the_user_is(
     assert (here.status, apart.line()) == ("ok", here.line())
 
 
+LEARNT = """
+import io
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from stable_baselines3 import PPO
+
+from benchmark.control.controller import Command, Controller, Go
+from benchmark.control.intersection import Intersection
+from benchmark.control.state import TrafficState
+
+
+class Learnt(Controller):
+    def __init__(self, to_file: bool = True) -> None:
+        model = PPO("MlpPolicy", "CartPole-v1", n_steps=8, batch_size=8, device="cpu", seed=1)
+        seen = np.zeros(4, dtype=np.float32)
+        if to_file:
+            place = Path(tempfile.mkdtemp()) / "model.zip"
+            model.save(place)
+        else:
+            place = io.BytesIO()
+            model.save(place)
+            place.seek(0)
+        loaded = PPO.load(place, device="cpu")
+        wanted, _ = model.predict(seen, deterministic=True)
+        action, _ = loaded.predict(seen, deterministic=True)
+        assert action == wanted
+        self.weights_hash = f"same action {int(action) == int(wanted)}"
+
+    def reset(self, intersection: Intersection, seed: int) -> None:
+        pass
+
+    def act(self, state: TrafficState) -> Mapping[str, Command]:
+        return {one.id: Go() for one in state.deciding}
+"""
+NO_NAMESPACE = process.START.replace(
+    "from benchmark",
+    "from benchmark.control.isolation import namespace; namespace.enter = lambda *_: False; "
+    "from benchmark",
+)
+BIG = Limits(step=PATIENCE, start=PATIENCE, memory=6000)
+
+
+@pytest.mark.parametrize("has_namespace", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_a_model_of_stable_baselines_is_saved_and_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_namespace: bool
+) -> None:
+    if has_namespace and not namespace.available():
+        pytest.skip("no mount namespace here")
+    if not has_namespace:
+        monkeypatch.setattr(process, "START", NO_NAMESPACE)
+    (tmp_path / "learnt.py").write_text(LEARNT)
+    reference = f"{tmp_path}/learnt.py:Learnt?to_file={str(has_namespace).lower()}"
+    with remote.Remote(reference, BIG) as one:
+        assert one.decider(smoke("tee")).weights_hash == "same action True"
+
+
+NOTE = """
+import os
+from pathlib import Path
+from benchmark.control.controller import Controller
+
+place = Path(os.environ["TMPDIR"])
+before = sorted(path.name for path in place.iterdir())
+(place / "note").write_text("seen")
+fuller = [*place.iterdir()]
+for number in range(5000):
+    try:
+        (place / f"n{number}").touch()
+    except OSError as error:
+        break
+raise RuntimeError(f"before {before}, after {len(fuller)}, full {number < 4999}")
+"""
+
+
+@pytest.mark.skipif(not namespace.available(), reason="no mount namespace here")
+def test_temporary_files_are_few_and_gone_at_the_next_episode(tmp_path: Path) -> None:
+    (tmp_path / "note.py").write_text(NOTE)
+    for _ in range(2):
+        with pytest.raises(ControllerFailedError, match=r"before \[\], after 1, full True"):
+            remote.Remote(f"{tmp_path}/note.py:Note", ROOMY)
+
+
 def test_systems_without_isolation_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "name", "nt")
     with pytest.raises(ControllerError, match="run what you trust with --no-isolate"):
         process.Process()
+
+
+@pytest.mark.parametrize(
+    ("part", "words"),
+    [
+        ("namespace.available", "see which paths exist"),
+        ("seccomp.available", "start and signal processes"),
+    ],
+)
+def test_what_is_missing_is_said(part: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = [*sandbox.missing()]
+    name = f"benchmark.control.isolation.sandbox.{part}"
+    monkeypatch.setattr(name, lambda: False)
+    (line,) = [*{*sandbox.missing()} - {*before}] or [one for one in before if words in one]
+    assert line.startswith(words)
+
+
+def test_root_is_told_where_its_privileges_cannot_be_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("benchmark.control.isolation.sandbox.sys.platform", "darwin")
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    assert any(line.startswith("do what root may do") for line in sandbox.missing())
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    assert not any(line.startswith("do what root may do") for line in sandbox.missing())

@@ -20,6 +20,7 @@ from benchmark.plumbing.errors import ControllerError
 
 KEPT = ("PATH", "LANG", "LC_ALL", "LC_CTYPE", "TZ", "LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH")
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+TORCH_CACHE = "TORCHINDUCTOR_CACHE_DIR"  # torch makes it when it loads anything
 START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[2]); "
     "from benchmark.control.isolation.child import main; main()"
@@ -123,5 +124,5 @@ class Process:
 def _environment(home: Path, temporary: Path) -> dict[str, str]:
     """What a controller needs of the environment, and no secrets."""
     kept = {name: os.environ[name] for name in KEPT if name in os.environ}
-    folders = {"HOME": str(home), "TMPDIR": str(temporary)}
+    folders = {"HOME": str(home), "TMPDIR": str(temporary), TORCH_CACHE: str(temporary)}
     return {**kept, **folders, **dict.fromkeys(ONE_THREAD, "1")}
