@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Format = Literal["md", "csv", "json", "latex"]
 
 LONGEST_REASON = 100  # of a reason in a table [characters]
+SHORTEST_FOLD = 20  # of a name on several lines in a terminal's table [characters]
 MARGIN = 3  # of a terminal table's column [characters]
 BRIEF = tuple(measure for measure in MEASURES if measure.brief)
 
@@ -169,7 +170,7 @@ def terminal_tables(rows: Sequence[Row], width: int) -> list["Table"]:
     tables = []
     for scenario, members in _by_junction(rows):
         head, body = _matrix(members)
-        body = [[_two_lines(cell) for cell in line] for line in body]
+        body = [[_folded(name, width), *map(_two_lines, cells)] for name, *cells in body]
         name_width, *widths = [
             max(len(part) for cell in column for part in cell.split("\n"))
             for column in zip(head, *body, strict=True)
@@ -184,6 +185,12 @@ def terminal_tables(rows: Sequence[Row], width: int) -> list["Table"]:
                 table.add_row(*map(escape, [line[0], *line[1 + first : 1 + last]]))
             tables.append(table)
     return tables
+
+
+def _folded(name: str, width: int) -> str:
+    """A name on as many lines as leave two thirds of the terminal to figures."""
+    most = max(SHORTEST_FOLD, width // 3)
+    return "\n".join(name[start : start + most] for start in range(0, len(name), most))
 
 
 def _runs(widths: Sequence[int], room: int) -> list[tuple[int, int]]:

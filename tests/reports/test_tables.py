@@ -384,6 +384,27 @@ def test_the_terminals_tables_fit_and_show_every_cell(width: int) -> None:
     assert len(shown) == 1 or width < 300
 
 
+@pytest.mark.parametrize("width", [50, 80, 120])
+def test_a_long_name_takes_no_figures_off_the_terminals_table(width: int) -> None:
+    long = "wang?weights=out/train/" + "x" * 46 + "/[b]w"
+    assert len(long) == 74
+    rows = [
+        row("s", name, rate / 10, Estimate(20.0, 19.0, 21.0 + rate, 6))
+        for name in (long, long[:-1] + "v", "c")
+        for rate in range(1, 9)
+    ]
+    target = io.StringIO()
+    for table in tables.terminal_tables(rows, width):
+        Console(file=target, width=width).print(table)
+    text = target.getvalue()
+    for rate in range(1, 9):
+        assert text.count(f"19.0-{21.0 + rate}") == 3
+    assert "…" not in text
+    most = max(20, width // 3)
+    for start in range(0, len(long), most):
+        assert long[start : start + most] in text
+
+
 def test_the_terminal_shows_stars_and_failures() -> None:
     rows = [row(waiting=SIX, status="flagged"), row(controller="d", status="failed")]
     target = io.StringIO()
