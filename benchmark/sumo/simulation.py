@@ -271,7 +271,7 @@ def _refuse_a_second() -> None:
         raise UsageError(
             "libsumo holds one simulation per process; close the other first: "
             f"{Simulation._owner} holds it. Call its close(), or drop what still refers to it, "
-            "such as an exception that was caught"
+            "such as an exception that was caught. Simulations side by side need a process each"
         )
 
 
