@@ -1,7 +1,8 @@
 """Ways to cheat an average waiting time: each is impossible, or flagged on the leaderboard."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from importlib import resources
 from pathlib import Path
 
 import pytest
@@ -16,28 +17,47 @@ from benchmark.records.store import Store
 from benchmark.reports import tables
 
 CHEATS = (
-    *("creeps", "removes", "asks-to-remove", "all-green", "all-yield", "all-go", "no-clearance"),
-    *("lights-off", "lights-dark", "stops-to-hide"),
+    *("creeps", "removes", "asks-to-remove", "all-green", "all-yield", "no-clearance"),
+    *("lights-off", "stops-to-hide"),
 )
+RECKLESS = ("all-go", "lights-dark")
+"""What it takes minutes of traffic to regret."""
+
+TEMPLATE = Path(str(resources.files("benchmark.commands"))) / "templates" / "my-scenario.toml"
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Every cheat beside the signal, on two seeds with RVs only."""
-    folder = tmp_path_factory.mktemp("fair-play")
-    names = [word for name in ("traffic-light", *CHEATS) for word in ("--controller", name)]
+def played(folder: Path, scenario: str, cheats: Sequence[str], code: int) -> Iterator[Path]:
+    """Cheats beside the signal, on two seeds with RVs only."""
+    names = [word for name in ("traffic-light", *cheats) for word in ("--controller", name)]
     with pytest.MonkeyPatch.context() as patch, without_workers():
         patch.syspath_prepend(install(folder / "installed", "cheats"))
         plugins.discovered.cache_clear()
-        done = rightofway(folder, "run", "asymmetric", "--rate", "1", "--seeds", "2", *names)
-        assert done.returncode == 1, done.stderr  # some fail, and the others are not lost
+        done = rightofway(folder, "run", scenario, "--rate", "1", "--seeds", "2", *names)
+        assert done.returncode == code, done.stderr
         yield folder / "out"
     plugins.discovered.cache_clear()
 
 
+def rows_of(results: Path) -> dict[str, Row]:
+    return {row.controller: row for row in leaderboard.rows_of_records(Store(results).read())}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Some fail, and the others are not lost."""
+    yield from played(tmp_path_factory.mktemp("fair-play"), "asymmetric", CHEATS, code=1)
+
+
 @pytest.fixture(scope="module")
 def rows(results: Path) -> dict[str, Row]:
-    return {row.controller: row for row in leaderboard.rows_of_records(Store(results).read())}
+    return rows_of(results)
+
+
+@pytest.fixture(scope="module")
+def reckless(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Row]]:
+    """Where traffic is heavy for a quarter of an hour."""
+    for folder in played(tmp_path_factory.mktemp("reckless"), str(TEMPLATE), RECKLESS, code=0):
+        yield rows_of(folder)
 
 
 def waits(row: Row) -> float:
@@ -78,10 +98,16 @@ def test_green_for_everybody_is_refused(rows: dict[str, Row], name: str) -> None
     assert "conflict but are green together" in rows[name].reasons[0]
 
 
-def test_go_for_everybody_crashes_and_is_flagged(rows: dict[str, Row]) -> None:
-    assert waits(rows["all-go"]) < waits(rows["traffic-light"])
-    assert (rows["all-go"].status, rows["all-go"].marks[-1]) == ("flagged", "crashes")
-    assert rows["all-go"].rules == "own"
+def assert_gridlocked(row: Row, beside: Row) -> None:
+    assert waits(row) > waits(beside)
+    assert row.status == "flagged"
+    assert any(reason.startswith("gridlocks in ") for reason in row.reasons)
+    assert row.figures["collisions"].mean > beside.figures["collisions"].mean
+
+
+def test_go_for_everybody_crashes_and_gridlocks_and_is_flagged(reckless: dict[str, Row]) -> None:
+    assert_gridlocked(reckless["all-go"], reckless["traffic-light"])
+    assert reckless["all-go"].rules == "own"
 
 
 def test_phases_that_follow_at_once_are_refused(rows: dict[str, Row]) -> None:
@@ -94,10 +120,11 @@ def test_lights_cannot_rule_and_be_off(rows: dict[str, Row]) -> None:
     assert "signal returned None where signals rule" in rows["lights-off"].reasons[0]
 
 
-def test_dark_lights_are_shown_as_such_and_their_crashes_flagged(rows: dict[str, Row]) -> None:
-    assert waits(rows["lights-dark"]) < waits(rows["traffic-light"])
-    assert (rows["lights-dark"].status, rows["lights-dark"].marks[-1]) == ("flagged", "crashes")
-    assert rows["lights-dark"].rules != "lights"
+def test_dark_lights_are_shown_as_such_and_their_gridlock_flagged(
+    reckless: dict[str, Row],
+) -> None:
+    assert_gridlocked(reckless["lights-dark"], reckless["traffic-light"])
+    assert reckless["lights-dark"].rules != "lights"
 
 
 def test_waiting_turned_into_stops_fails_the_episode(rows: dict[str, Row]) -> None:
