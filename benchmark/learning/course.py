@@ -192,7 +192,8 @@ class Course:
 
     def _extent(self) -> str:
         """From how much it learnt."""
-        learnt = f"learnt from {self.decisions:,} decisions in {self.round} rounds"
+        rounds = "1 round" if self.round == 1 else f"{self.round:,} rounds"
+        learnt = f"learnt from {self.decisions:,} decisions in {rounds}"
         if self.decisions == self.steps:
             return learnt
         return f"{learnt}; {self.steps:,} were asked for, and a run ends with a whole round"

@@ -47,7 +47,7 @@ def test_an_ablation_that_was_trained_drives_an_episode(
     name: str, changes: tuple[str, ...], tmp_path: Path
 ) -> None:
     path, said = trained(tmp_path / "run", name, *changes)
-    decisions = re.search(r"learnt from (\d+) decisions in 1 rounds; 20 were asked for", said)
+    decisions = re.search(r"learnt from (\d+) decisions in 1 round; 20 were asked for", said)
     assert decisions, said
     assert int(decisions[1]) > 20
     record = run_episode(Episode(smoke("crossing"), f"{name}?weights={path}", 0.7, 1))

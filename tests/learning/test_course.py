@@ -115,6 +115,29 @@ def test_it_is_done_with_as_many_decisions_as_were_asked_for(tmp_path: Path) -> 
     assert one.validates
 
 
+@pytest.mark.parametrize(
+    ("decisions", "said"),
+    [
+        (2506, "learnt from 2,506 decisions in 3 rounds; 1,000 were asked for, and a run ends"),
+        (STEPS, "learnt from 1,000 decisions in 3 rounds"),
+    ],
+)
+def test_progress_and_the_last_words_say_how_much_was_really_played(
+    tmp_path: Path, decisions: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    one = course(tmp_path)
+    heard: list[str] = []
+    one._notify = heard.append
+    with one.shown() as show:
+        one.round, one.decisions = 3, decisions
+        one.judge([ended(1.0)], weights(1.0))
+        show()
+    assert f"{decisions:,}/1,000 decisions" in capsys.readouterr().err
+    one.finish()
+    assert heard[-1].startswith(said)
+    assert (heard[-1] == said) is (decisions == STEPS)
+
+
 @pytest.mark.parametrize("content", [b"", b"PK", b"\x80\x02."])
 def test_a_damaged_checkpoint_is_named(tmp_path: Path, content: bytes) -> None:
     one = course(tmp_path)
