@@ -89,7 +89,7 @@ class RealShell(Shell):
             | {"PATH": path, "PYTHONPATH": os.pathsep.join(places), "COLUMNS": "200"},
             capture_output=True,
             text=True,
-            timeout=PATIENCE,
+            timeout=3 * PATIENCE,  # verify runs 52 records again, and 360 episodes on fresh seeds
         )
 
 
@@ -164,6 +164,7 @@ def test_the_signal_that_is_proposed_can_be_appended_to_a_scenario_without_one(
     assert "all well" in shell.output["rightofway check my-crossing.toml"]
 
 
+@pytest.mark.timeout(1800)  # with what is slow
 def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderboard(
     follow: Callable[[str], Shell],
 ) -> None:
@@ -184,7 +185,8 @@ def test_a_package_from_the_template_passes_its_tests_and_stands_on_the_leaderbo
     if isinstance(shell, RealShell):
         assert re.search(r"\d+ passed in", shell.output["pytest"])
         verified = shell.output["rightofway verify my-controller.zip --out results"]
-        assert "accepted" in verified.splitlines()[-2]
+        assert verified.splitlines()[-2].startswith("accepted")
+        assert "would find" in verified  # it tells
         assert " my-controller " in shell.output["rightofway leaderboard --records results"]
 
 
