@@ -27,6 +27,7 @@ from benchmark.commands.submission import submit, verify
 from benchmark.commands.train import train
 from benchmark.commands.watch import watch
 from benchmark.plumbing.errors import RightOfWayError
+from benchmark.plumbing.words import in_our_words
 
 app = typer.Typer(
     name="rightofway",
@@ -58,6 +59,8 @@ def main() -> None:
     except Exception as error:
         if not hasattr(error, "show"):  # typer's usage errors know how to show themselves
             raise
+        if isinstance(message := getattr(error, "message", None), str):
+            error.message = in_our_words(message)  # type: ignore[attr-defined]
         error.show()
         code = 2
     sys.exit(code)

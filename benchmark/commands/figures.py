@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.commands.options import Records
+from benchmark.commands.options import Records, rate_option
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import UsageError
 
@@ -27,12 +27,13 @@ def draw_figures(
         list[str] | None, typer.Option(help="Repeatable; default: the five that wait least.")
     ] = None,
     rate: Annotated[
-        list[float] | None, typer.Option(help="Repeatable; default: all that were run.")
+        list[float] | None,
+        rate_option(words="Repeatable; default: all that were run."),
     ] = None,
     at: Annotated[
         float | None,
-        typer.Option(
-            min=0, max=1, help="The rate of figures that show one; default: that nearest to 0.4."
+        rate_option(
+            words="The rate of figures that show one; default: that nearest to 0.4.",
         ),
     ] = None,
     training: Annotated[

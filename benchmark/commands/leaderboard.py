@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.commands.options import Records
+from benchmark.commands.options import Records, rate_option
 from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
@@ -22,7 +22,8 @@ def leaderboard(
         typer.Option("--format", help="md, csv, json or latex; default: tables for the terminal."),
     ] = None,
     rate: Annotated[
-        float | None, typer.Option(help="One Markdown table of all scenarios at this rate.")
+        float | None,
+        rate_option(words="One Markdown table of all scenarios at this rate."),
     ] = None,
     movements: Annotated[
         bool, typer.Option("--movements", help="Waiting by movement, as Markdown tables.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from benchmark.commands import console
-from benchmark.commands.options import LARGEST_SEED, Workers
+from benchmark.commands.options import LARGEST_SEED, Workers, rate_option
 from benchmark.plumbing.errors import UsageError
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def replay(
     ] = None,
     rate: Annotated[
         list[float] | None,
-        typer.Option("--rate", min=0, max=1, help=f"Repeatable; default: {RATE}."),
+        rate_option("--rate", words=f"Repeatable; default: {RATE}."),
     ] = None,
     seed: Annotated[
         int | None, typer.Option(min=0, max=LARGEST_SEED, help=f"Default: {SEED}.")

@@ -8,7 +8,7 @@ import typer
 from benchmark.commands import console, failures, log_file, where
 from benchmark.commands.choice import choose
 from benchmark.commands.leaderboard import print_leaderboard
-from benchmark.commands.options import LARGEST_SEED, Workers
+from benchmark.commands.options import LARGEST_SEED, Workers, rate_option
 from benchmark.commands.progress import progress_bar
 from benchmark.control.isolation.limits import Limits
 from benchmark.plumbing.errors import UsageError
@@ -36,9 +36,7 @@ def run(
     ] = None,
     rate: Annotated[
         list[float] | None,
-        typer.Option(
-            "--rate", min=0, max=1, help="Repeatable; default: the suite's or scenario's."
-        ),
+        rate_option("--rate", words="Repeatable; default: the suite's or scenario's."),
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="Use the seeds 1 to N.")] = None,
     seed: Annotated[

@@ -10,7 +10,7 @@ import typer
 
 from benchmark.commands import console, where
 from benchmark.commands.choice import choose, suite_named
-from benchmark.commands.options import LARGEST_SEED, Workers
+from benchmark.commands.options import LARGEST_SEED, Workers, rate_option
 from benchmark.commands.progress import progress_bar
 from benchmark.plumbing import files
 from benchmark.plumbing.errors import UsageError
@@ -35,7 +35,8 @@ def submit(
         str | None, typer.Option("--suite", help="A suite, in place of scenarios.")
     ] = None,
     rate: Annotated[
-        list[float] | None, typer.Option("--rate", min=0, max=1, help="Repeatable.")
+        list[float] | None,
+        rate_option("--rate", words="Repeatable."),
     ] = None,
     seeds: Annotated[
         int | None, typer.Option(min=1, max=1000, help="Use the seeds 1 to N.")

@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from benchmark.commands.options import rate_option
+
 
 def train(
     name: Annotated[str, typer.Argument(metavar="NAME", help="What to train, such as wang.")],
@@ -14,7 +16,7 @@ def train(
     ] = None,
     rate: Annotated[
         list[float] | None,
-        typer.Option("--rate", "--rates", min=0, max=1, help="Repeatable; default: the settings'."),
+        rate_option("--rate", "--rates", words="Repeatable; default: the settings'."),
     ] = None,
     steps: Annotated[
         int | None,

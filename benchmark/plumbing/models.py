@@ -2,11 +2,15 @@
 
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
 
+from benchmark.plumbing.per_cent import share
 from benchmark.plumbing.plain import shown
 
-Share = Annotated[float, Field(ge=0, le=1)]
+Share = Annotated[
+    float, BeforeValidator(share, json_schema_input_type=float | str), Field(ge=0, le=1)
+]
+"""From 0 to 1, or a text such as ``"40 %"``."""
 
 
 def _shown(text: str) -> str:

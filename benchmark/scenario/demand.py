@@ -1,12 +1,13 @@
 """Turning counts by period."""
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, model_validator
 
 from benchmark.plumbing.models import Table
 from benchmark.scenario.layout import COMPASS
+from benchmark.scenario.units import PositiveTime, Time
 
 LARGEST_COUNT = 10_000  # veh/h
 ANALYSIS_PERIOD = 900.0  # s, over which the Highway Capacity Manual averages flow rates
@@ -23,6 +24,12 @@ class TurnCounts(Table):
         """The count of a turn [veh/h]."""
         return {"L": self.left, "C": self.cross, "R": self.right}[turn]
 
+    def scaled(self, factor: float) -> Self:
+        """Every count multiplied."""
+        if factor == 1:
+            return self
+        return self.model_copy(update={turn: count * factor for turn, count in self})
+
     @property
     def total(self) -> float:
         """All turns together [veh/h]."""
@@ -32,8 +39,15 @@ class TurnCounts(Table):
 class Demand(Table):
     """The turning counts of one period."""
 
-    begin: float = Field(ge=0, description="[s]")
-    end: PositiveFloat = Field(description="[s]")
+    begin: Time = Field(ge=0, description="[s]")
+    end: PositiveTime = Field(description="[s]")
+    peak_hour_factor: float = Field(
+        1.0,
+        ge=0.25,
+        le=1,
+        description="The counts are volumes of an hour of which the busiest quarter has "
+        "1 / (4 peak_hour_factor); the period runs at the rate of that quarter.",
+    )
     northbound: TurnCounts = TurnCounts()
     eastbound: TurnCounts = TurnCounts()
     southbound: TurnCounts = TurnCounts()
@@ -46,9 +60,9 @@ class Demand(Table):
         return self
 
     def counts(self, approach: str) -> TurnCounts:
-        """The counts from an approach."""
+        """The flow rates from an approach: counts over ``peak_hour_factor`` (HCM 6, eq. 4-2)."""
         counts: TurnCounts = getattr(self, approach)
-        return counts
+        return counts.scaled(1 / self.peak_hour_factor)
 
     @property
     def total(self) -> float:
@@ -57,8 +71,8 @@ class Demand(Table):
 
     def scaled(self, factor: float) -> Self:
         """The same period with every count multiplied."""
-        counts = {
-            name: TurnCounts(**{turn: count * factor for turn, count in self.counts(name)})
+        counts: dict[str, TurnCounts] = {
+            name: TurnCounts.model_validate(dict(getattr(self, name).scaled(factor)))
             for name in COMPASS
         }
         return self.model_copy(update=counts)
@@ -88,8 +102,8 @@ def _average(periods: Sequence[Demand], begin: float, span: float) -> Demand:
     weights = [
         max(0.0, min(period.end, end) - max(period.begin, begin)) / span for period in periods
     ]
-    counts = {
-        name: TurnCounts(
+    counts: dict[str, Any] = {
+        name: TurnCounts.model_construct(
             **{
                 turn: sum(
                     weight * getattr(period.counts(name), turn)
@@ -100,4 +114,4 @@ def _average(periods: Sequence[Demand], begin: float, span: float) -> Demand:
         )
         for name in COMPASS
     }
-    return Demand(begin=begin, end=end, **counts)
+    return Demand.model_construct(begin=begin, end=end, peak_hour_factor=1.0, **counts)

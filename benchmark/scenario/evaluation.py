@@ -2,9 +2,10 @@
 
 from typing import Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
+from pydantic import Field, PositiveInt, field_validator, model_validator
 
 from benchmark.plumbing.models import Share, Table
+from benchmark.scenario.units import PositiveLength, PositiveSpeed, PositiveTime, Time
 
 MOST_SEEDS = 10_000  # of a study
 
@@ -12,9 +13,9 @@ MOST_SEEDS = 10_000  # of a study
 class Evaluation(Table):
     """How long an episode lasts, from when figures count, and which episodes a study holds."""
 
-    step: PositiveFloat = Field(1.0, le=1.0, description="Simulated time per step [s].")
-    duration: PositiveFloat = Field(1000.0, le=86400, description="Length of an episode [s].")
-    warm_up: float = Field(0.0, ge=0, description="Time before figures count [s].")
+    step: PositiveTime = Field(1.0, le=1.0, description="Simulated time per step [s].")
+    duration: PositiveTime = Field(1000.0, le=86400, description="Length of an episode [s].")
+    warm_up: Time = Field(0.0, ge=0, description="Time before figures count [s].")
     penetration_rates: tuple[Share, ...] = Field(
         (0.4, 0.5, 0.6, 0.7), min_length=1, description="Probabilities that a vehicle is an RV."
     )
@@ -45,14 +46,14 @@ class Zones(Table):
 
     latitude: float | None = Field(None, ge=-90, le=90, description="Degrees north.")
     longitude: float | None = Field(None, ge=-180, le=180, description="Degrees east.")
-    control_zone: PositiveFloat = Field(
+    control_zone: PositiveLength = Field(
         100.0, description="Queues and waiting count, and vehicles may be driven, within [m]."
     )
-    decision_zone: PositiveFloat = Field(30.0, description="RVs decide Go or Stop within [m].")
-    speed_cap: PositiveFloat | None = Field(
+    decision_zone: PositiveLength = Field(30.0, description="RVs decide Go or Stop within [m].")
+    speed_cap: PositiveSpeed | None = Field(
         None, description="No vehicle drives faster [m/s]; leave out for none."
     )
-    radius: PositiveFloat | None = Field(
+    radius: PositiveLength | None = Field(
         None,
         le=60,
         description="Of the kerbs at the corners [m], which sets how wide the box is; default: "

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, field_validator, model_validator
+from pydantic import Field, PositiveInt, field_validator, model_validator
 
-from benchmark.plumbing.models import Table
+from benchmark.plumbing.models import Share, Table
+from benchmark.scenario.units import Length, PositiveLength, PositiveSpeed
 
 TURNS = ("R", "C", "L")  # from the kerb to the centre line
 LETTERS = {"northbound": "N", "eastbound": "E", "southbound": "S", "westbound": "W"}
@@ -17,11 +18,11 @@ class Approach(Table):
     """A road leg by direction of travel, and the road beyond in the same direction."""
 
     heading: float = Field(description="Direction of travel [degrees], 0 is north, 90 east.")
-    length: PositiveFloat = Field(le=5000, description="Upstream of the entrance [m].")
-    bay: float | None = Field(
+    length: PositiveLength = Field(le=5000, description="Upstream of the entrance [m].")
+    bay: Length | None = Field(
         None, ge=5, description="Length of the turn lanes before the entrance [m]; default: length."
     )
-    speed_limit: PositiveFloat = Field(le=60, description="[m/s]")
+    speed_limit: PositiveSpeed = Field(le=60, description="[m/s]")
     lanes: str = Field(
         "",
         description="Lanes at the entrance from the kerb to the centre line, by the turns each "
@@ -41,6 +42,11 @@ class Approach(Table):
     )
     slip_lane: bool = Field(
         False, description="Right turns leave before the stop line and yield, never wait for green."
+    )
+    heavy_vehicles: Share | None = Field(
+        None,
+        description="Share of trucks and buses among the vehicles that arrive here; default: that "
+        "of the vehicle classes.",
     )
     right_on_red: bool = Field(
         True, description="Whether right turns may go on red, after a stop; false: they wait."

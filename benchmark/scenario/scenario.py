@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date, time
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -105,8 +105,14 @@ class Scenario(Table):
                 if approach.exit_lanes is None
                 else approach.exit_lanes,
             }
-            if approach.right_on_red:  # as in files that are older than the key
+            # at their defaults, as in files that are older than the keys
+            if approach.right_on_red:
                 del meaning["approaches"][name]["right_on_red"]
+            if approach.heavy_vehicles is None:
+                del meaning["approaches"][name]["heavy_vehicles"]
+        for period in meaning["demand"]:
+            if period["peak_hour_factor"] == 1:
+                del period["peak_hour_factor"]
         canonical = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
 
@@ -126,6 +132,19 @@ class Scenario(Table):
     def programs(self) -> Mapping[str, Signal]:
         """The signal programs as deployed, by junction; only of those that have one."""
         return {name: ruled.signal for name, ruled in self.junctions.items() if ruled.signal}
+
+    @property
+    def heavy_share(self) -> float:
+        """The share of trucks and buses among the vehicle classes."""
+        return sum(each.share for each in self.vehicles.values() if each.is_heavy)
+
+    def class_shares(self, approach: str) -> dict[str, float]:
+        """The share of each vehicle class among the vehicles that arrive on an approach."""
+        asked, heavy = self.approaches.of(approach).heavy_vehicles, self.heavy_share
+        if asked is None:
+            return {name: each.share for name, each in self.vehicles.items()}
+        factors = {True: asked / heavy if heavy else 0.0, False: (1 - asked) / (1 - heavy or 1.0)}
+        return {name: each.share * factors[each.is_heavy] for name, each in self.vehicles.items()}
 
     @property
     def peak(self) -> Demand:
@@ -193,7 +212,12 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _lanes_match_counts(self) -> Self:
-        problems = (*self._road_problems(), *self._priority_problems(), *self._signal_problems())
+        problems = chain(
+            self._road_problems(),
+            self._heavy_problems(),
+            self._priority_problems(),
+            self._signal_problems(),
+        )
         for problem in problems:
             raise ValueError(problem)
         return self
@@ -225,6 +249,17 @@ class Scenario(Table):
         for turn in sorted(served):
             if self.approaches.exit_leg(name, turn) is None:
                 yield f'approaches.{name}.lanes: turn "{turn}" leads to no road'
+
+    def _heavy_problems(self) -> Iterator[str]:
+        share = self.heavy_share
+        for name, approach in self.approaches.items():
+            asked = approach.heavy_vehicles
+            if asked is not None and (asked > 0 >= share or asked < 1 <= share):
+                kind = 'kind = "truck" or "bus"' if share <= 0 else "another kind"
+                yield (
+                    f"approaches.{name}.heavy_vehicles: {asked:g}, but no vehicle class has "
+                    f"{kind} and a share; add one to vehicles"
+                )
 
     def _priority_problems(self) -> Iterator[str]:
         names, priority = self.approaches.names(), self.intersection.priority

@@ -2,9 +2,10 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, PositiveFloat, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from benchmark.plumbing.models import Table
+from benchmark.scenario.units import PositiveTime, Time
 
 MovementName = Annotated[str, Field(min_length=1, max_length=100, examples=["E-L"])]
 
@@ -16,10 +17,10 @@ class SignalPhase(Table):
     permitted: tuple[MovementName, ...] = Field(
         (), description="Of these, the ones that yield to conflicting greens (permitted lefts)."
     )
-    green: PositiveFloat = Field(
+    green: PositiveTime = Field(
         le=300, description="Green time [s]; under an actuated program the longest."
     )
-    minimum_green: PositiveFloat = Field(
+    minimum_green: PositiveTime = Field(
         5.0,
         le=300,
         description="The shortest green [s] of an actuated program or before another Phase.",
@@ -48,9 +49,9 @@ class Signal(Table):
     """The signal program that rules under ``traffic-light``."""
 
     kind: Literal["fixed", "actuated"] = "fixed"
-    yellow: float = Field(4.0, ge=0, le=10, description="[s]")
-    all_red: float = Field(1.0, ge=0, le=10, description="[s]")
-    maximum_gap: PositiveFloat = Field(
+    yellow: Time = Field(4.0, ge=0, le=10, description="[s]")
+    all_red: Time = Field(1.0, ge=0, le=10, description="[s]")
+    maximum_gap: PositiveTime = Field(
         3.0, le=10, description="Gap between vehicles that ends an actuated green [s]."
     )
     phases: tuple[SignalPhase, ...] = Field(min_length=2)

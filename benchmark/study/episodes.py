@@ -6,12 +6,15 @@ from benchmark.control import plugins
 from benchmark.control.declarations import Declaration
 from benchmark.control.isolation.limits import DEFAULT, Limits
 from benchmark.control.isolation.remote import declaration_of
-from benchmark.plumbing.errors import ControllerError
+from benchmark.plumbing.errors import ControllerError, UsageError
 from benchmark.scenario import catalogue
+from benchmark.scenario.evaluation import MOST_SEEDS
 from benchmark.scenario.scenario import Scenario
 from benchmark.study.episode import Episode
 from benchmark.study.suite import Suite, find_suite, shipped_suites
 from benchmark.sumo import demand, network, signals
+
+MOST_EPISODES = 2_000_000  # of one study
 
 
 def choose_episodes(
@@ -102,6 +105,7 @@ def all_episodes(
     declarations = [declaration_of(reference, isolate, limits) for reference in controllers]
     _check_labels(declarations)
     each_once = {declaration.reference: declaration for declaration in declarations}
+    _check_size(scenarios, list(each_once.values()), rates, seeds)
     return [
         Episode(scenario, declaration.reference, rate, seed, isolate, limits)
         for scenario in scenarios
@@ -109,6 +113,28 @@ def all_episodes(
         for rate in _rates(rates or scenario.evaluation.penetration_rates, declaration)
         for seed in dict.fromkeys(seeds or range(1, scenario.evaluation.seeds + 1))
     ]
+
+
+def _check_size(
+    scenarios: Sequence[Scenario],
+    controllers: Sequence[Declaration],
+    rates: Sequence[float] | None,
+    seeds: Sequence[int] | None,
+) -> None:
+    """Refuse a study that nobody can mean, before a list of it fills the memory."""
+    if seeds and len(seeds) > MOST_SEEDS:
+        raise UsageError(f"--seeds {len(seeds):,}: expected at most {MOST_SEEDS:,}")
+    count = sum(
+        len([*_rates(rates or scenario.evaluation.penetration_rates, controller)])
+        * len(seeds or range(scenario.evaluation.seeds))
+        for scenario in scenarios
+        for controller in controllers
+    )
+    if count > MOST_EPISODES:
+        raise UsageError(
+            f"{count:,} episodes (scenarios times controllers, rates and seeds); expected at most "
+            f"{MOST_EPISODES:,}: run them in parts, each with --out of its own"
+        )
 
 
 def _rates(rates: Sequence[float], declaration: Declaration) -> Iterable[float | None]:

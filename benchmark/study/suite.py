@@ -16,6 +16,7 @@ from benchmark.plumbing.errors import ControllerError, RightOfWayError, SuiteErr
 from benchmark.plumbing.messages import explain
 from benchmark.plumbing.models import Share, Table
 from benchmark.scenario import catalogue
+from benchmark.scenario.evaluation import MOST_SEEDS
 from benchmark.scenario.scenario import Scenario
 
 OWN_KEYS = frozenset({"controllers", "scenarios"})  # by which a suite is told from a scenario
@@ -52,7 +53,9 @@ class Suite(Table):
         None, min_length=1, description="Penetration rates; default: each scenario's."
     )
     seeds: PositiveInt | None = Field(
-        None, description="The suite uses the seeds 1 to this number; default: each scenario's."
+        None,
+        le=MOST_SEEDS,
+        description="The suite uses the seeds 1 to this number; default: each scenario's.",
     )
 
     _path: Path = PrivateAttr(default=Path())

@@ -57,6 +57,7 @@ def build_routes(scenario: Scenario, network: Network, seed: int) -> Routes:
         for name, vehicle in scenario.vehicles.items()
     )
     drivers = repr({name: vehicle.model_dump() for name, vehicle in scenario.vehicles.items()})
+    drivers += repr([scenario.class_shares(name) for name in scenario.approaches.names()])
     made_of = [network.hash, flows, turns, classes, drivers, str(seed), *OPTIONS]
     key = tools.digest(tools.sumo_version(), *made_of, Path(__file__).read_bytes())
 
@@ -175,10 +176,10 @@ def _with_drivers(drawn: Path, scenario: Scenario, classes: str, seed: int) -> s
 
 
 def _draw_class(scenario: Scenario, seed: int, vehicle: str) -> str:
-    """A vehicle's class, drawn by the classes' shares."""
+    """A vehicle's class, drawn by the classes' shares on its approach."""
     point, total = unit_draw("class", seed, vehicle), 0.0
-    for name, vehicle_class in scenario.vehicles.items():
-        total += vehicle_class.share
+    for name, share in scenario.class_shares(vehicle.partition(".")[0]).items():
+        total += share
         if point < total:
             return name
     return name

@@ -67,3 +67,43 @@ def test_misuse_ends_in_exit_code_2_and_no_record(
     assert (done.returncode, done.stdout) == (2, "")
     assert words in done.stderr
     assert not episodes(here)
+
+
+@pytest.mark.parametrize("rate", ["40%", "40 %", "0.4"])
+def test_a_rate_is_read_as_tables_write_it(here: Path, rate: str) -> None:
+    done = run(here, "smoke/tee", "--controller", "first-come", "--rate", rate, "--seed", "1")
+    assert done.returncode == 0, done.stderr
+    assert episodes(here) == {("smoke/tee", "first-come", 0.4, 1)}
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--rate", "many", "many: expected a share from 0 to 1, as in 0.4 or 40%"),
+        ("--rate", "140%", "140%: expected a share from 0 to 1"),
+        ("--rate", "nan", "nan: expected a share from 0 to 1"),
+        ("--rate", "-1", "-1: expected a share from 0 to 1"),
+        ("--seeds", "x", "'--seeds': expected a whole number"),
+        ("--seeds", "0", "'--seeds': expected at least 1"),
+        ("--seeds", "1000000000", "--seeds 1,000,000,000: expected at most 10,000"),
+        ("--time-limit", "soon", "'--time-limit': expected a number"),
+    ],
+)
+def test_a_wrong_value_is_refused_in_our_words(
+    here: Path, option: str, value: str, words: str
+) -> None:
+    done = run(here, "smoke/tee", option, value)
+    assert done.returncode == 2
+    assert words in " ".join(done.stderr.split())
+    assert "Input should" not in done.stderr
+
+
+def test_a_study_that_nobody_can_mean_is_refused_with_its_size(here: Path) -> None:
+    rates = [part for index in range(201) for part in ("--rate", str(index / 200))]
+    done = run(here, "smoke/tee", "--controller", "first-come", "--seeds", "10000", *rates)
+    assert done.returncode == 2
+    assert "2,010,000 episodes" in done.stderr
+    written(here / "mine.toml")
+    text = (here / "mine.toml").read_text()
+    (here / "large.toml").write_text(text.replace("seeds = 2", "seeds = 1000000000"))
+    assert "seeds: should be less than or equal to 10000" in run(here, "large.toml").stderr

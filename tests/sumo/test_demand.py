@@ -238,3 +238,16 @@ def test_a_class_becomes_a_vehicle_type_with_its_driver() -> None:
     numbers = {"accel": 1.2, "decel": 4, "tau": 1.5, "minGap": 3, "sigma": 0.3}
     numbers |= {"length": 9, "maxSpeed": 10}
     assert {key: float(value) for key, value in lorry.items() if key != "id"} == numbers
+
+
+def test_trucks_come_from_the_approach_that_has_them() -> None:
+    kinds = {"car": {"share": 0.9}, "truck": {"share": 0.1, "kind": "truck"}}
+    shares = {f"approaches.{name}.heavy_vehicles": 0.0 for name in COMPASS[1:]}
+    changes = {"vehicles": kinds, **shares, "approaches.northbound.heavy_vehicles": 1.0}
+    scenario = parsed(changes)
+    drawn = demand.build_routes(scenario, network.build_network(scenario), 1).travellers.values()
+    by_approach = {(each.id.partition(".")[0], each.vehicle_class) for each in drawn}
+    assert by_approach == {
+        ("northbound", "truck"),
+        *((name, "car") for name in COMPASS[1:]),
+    }
