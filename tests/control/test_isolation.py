@@ -28,7 +28,15 @@ from benchmark.control.commands import read_commands
 from benchmark.control.controller import Drive, Go, Phase, Stop
 from benchmark.control.declarations import Declaration
 from benchmark.control.guard import ControllerFailedError
-from benchmark.control.isolation import channel, imports, namespace, process, remote, sandbox
+from benchmark.control.isolation import (
+    channel,
+    imports,
+    landlock,
+    namespace,
+    process,
+    remote,
+    sandbox,
+)
 from benchmark.control.isolation.channel import Channel, MalformedError
 from benchmark.control.isolation.child import Writer
 from benchmark.control.isolation.limits import DEFAULT, Limits
@@ -41,6 +49,11 @@ from benchmark.study.episodes import all_episodes
 from benchmark.world.rules import Rules
 
 ROOMY = Limits(step=PATIENCE, start=PATIENCE)
+NO_NAMESPACE = process.START.replace(
+    "from benchmark",
+    "from benchmark.control.isolation import namespace; namespace.enter = lambda *_: False; "
+    "from benchmark",
+)
 
 
 @pytest.fixture
@@ -371,6 +384,43 @@ def test_of_a_clone_only_packages_are_readable(
     assert str(packages) not in listed()
 
 
+CLONE = """
+from pathlib import Path
+import mine
+from benchmark.control.controller import Controller
+
+found = {}
+for name in ("results/record", "out/record", ".git/config", ".env"):
+    try:
+        found[name] = Path(CLONE, name).read_text()
+    except OSError as error:
+        found[name] = "out of reach"
+raise RuntimeError(f"{mine.HERE} {set(found.values())}")
+"""
+
+
+@pytest.mark.skipif(
+    not (landlock.version() or namespace.available()), reason="neither Landlock nor namespaces"
+)
+@pytest.mark.parametrize("has_namespace", [True, False])
+def test_a_clones_package_is_imported_and_its_results_are_not_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_namespace: bool
+) -> None:
+    clone = tmp_path / "clone"
+    for name in ("results/record", "out/record", ".git/config", ".env", "mine/__init__.py"):
+        (clone / name).parent.mkdir(parents=True, exist_ok=True)
+        (clone / name).write_text("HERE = 'imported'")
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "look.py").write_text(CLONE.replace("CLONE", repr(str(clone))))
+    monkeypatch.setattr(sys, "path", [*sys.path, str(clone)])
+    if not has_namespace:
+        if not landlock.version():
+            pytest.skip("no Landlock here")
+        monkeypatch.setattr(process, "START", NO_NAMESPACE)
+    with pytest.raises(ControllerFailedError, match=r"imported \{'out of reach'\}"):
+        remote.Remote(f"{tmp_path}/own/look.py:Look", ROOMY)
+
+
 def test_options_that_are_paths_begin_where_the_user_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -420,11 +470,6 @@ class Learnt(Controller):
     def act(self, state: TrafficState) -> Mapping[str, Command]:
         return {one.id: Go() for one in state.deciding}
 """
-NO_NAMESPACE = process.START.replace(
-    "from benchmark",
-    "from benchmark.control.isolation import namespace; namespace.enter = lambda *_: False; "
-    "from benchmark",
-)
 BIG = Limits(step=PATIENCE, start=PATIENCE, memory=6000)
 
 
