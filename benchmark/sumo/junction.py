@@ -59,6 +59,7 @@ def read_junction(
     step: float,
     slip_roads: Collection[str] = (),
     waiting_roads: Collection[str] = (),
+    names: Mapping[tuple[str, str], str] = MappingProxyType({}),
 ) -> Junction:
     """The junction that a traffic light rules, or stop signs.
 
@@ -69,8 +70,10 @@ def read_junction(
         step: simulated time between two calls of a controller [s].
         slip_roads: incoming edges whose right turns leave by a slip lane.
         waiting_roads: incoming edges whose right turns may not go on red.
+        names: of movements by (incoming edge, outgoing edge), as in ``E-L``; where there is none,
+            the direction that SUMO sees tells the turn.
     """
-    junction = _Reader(network, name, ruled, step).junction()
+    junction = _Reader(network, name, ruled, step, names).junction()
     rights = [turn for turn in junction.intersection.movements.values() if turn.turn == "R"]
     return replace(
         junction,
@@ -84,11 +87,18 @@ def read_junction(
 class _Reader:
     """Reads one junction: everything from connections, foes and shapes, nothing from names."""
 
-    def __init__(self, network: Any, name: str, ruled: Ruled, step: float) -> None:
+    def __init__(
+        self,
+        network: Any,
+        name: str,
+        ruled: Ruled,
+        step: float,
+        names: Mapping[tuple[str, str], str],
+    ) -> None:
         self.network, self.name, self.ruled, self.step = network, name, ruled, step
         lit = any(light.getID() == name for light in network.getTrafficLights())
         self.links = self._lit_connections() if lit else self._signed_connections()
-        self.names = self._movement_names()
+        self.names = self._movement_names(names)
 
     def _lit_connections(self) -> dict[int, Any]:
         """The connections that the light rules, by their place in its state."""
@@ -112,12 +122,14 @@ class _Reader:
         }
         return dict(sorted(links.items()))
 
-    def _movement_names(self) -> dict[tuple[str, str], str]:
+    def _movement_names(self, given: Mapping[tuple[str, str], str]) -> dict[tuple[str, str], str]:
         """The name of each (incoming edge, outgoing edge)."""
         names: dict[tuple[str, str], str] = {}
         for link in self.links.values():
             road = (link.getFrom().getID(), link.getTo().getID())
             turn = TURN_OF_DIRECTION.get(link.getDirection())
+            if road in given:
+                names[road] = given[road]
             if turn is None or road in names:
                 continue
             name = f"{LETTERS.get(road[0], road[0])}-{turn}"
@@ -179,7 +191,7 @@ class _Reader:
         for edge in self._approaches():
             for turn in "LCR":
                 for (source, target), name in sorted(self.names.items()):
-                    if source != edge.getID() or name.split(":")[0][-1] != turn:
+                    if source != edge.getID() or _turn_of(name) != turn:
                         continue
                     links = [link for link in self.links.values() if self._movement(link) == name]
                     movements[name] = Movement(
@@ -232,7 +244,7 @@ class _Reader:
         links = [
             (link, self._movement(link), link.getJunction(), link.getJunctionIndex())
             for link in self.links.values()
-            if TURN_OF_DIRECTION[link.getDirection()] in REGULATED_TURNS
+            if _turn_of(self._movement(link)) in REGULATED_TURNS
         ]
         for link, name, node, index in links:
             for other, other_name, other_node, other_index in links:
@@ -266,6 +278,11 @@ class _Reader:
                 gap = max((lane.getLength() for lane in between), default=0.0)
                 waiting.append((source, start + gap, approach))
         return zone
+
+
+def _turn_of(movement: str) -> str:
+    """The turn in a movement's name, as in ``E-L`` or ``E-L:road``."""
+    return movement.split(":")[0][-1]
 
 
 def shape_of(lane: Any) -> tuple[Point, ...]:

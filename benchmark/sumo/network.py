@@ -9,10 +9,11 @@ from typing import Any
 
 from benchmark.control.intersection import Intersection
 from benchmark.plumbing.errors import NetworkError
+from benchmark.scenario.layout import LETTERS
 from benchmark.scenario.scenario import Scenario
 from benchmark.sumo import tools
 from benchmark.sumo.junction import Junction, read_junction
-from benchmark.sumo.layout_xml import plain_xml
+from benchmark.sumo.layout_xml import exit_name, plain_xml
 
 OPTIONS = ("--no-turnarounds", "true", "--offset.disable-normalization", "true")
 
@@ -109,19 +110,31 @@ def _read(path: Path, scenario: Scenario) -> dict[str, Junction]:
     network, step = open_network(path), scenario.evaluation.step
     slips = {name for name, approach in scenario.approaches.items() if approach.slip_lane}
     waiting = {name for name, approach in scenario.approaches.items() if not approach.right_on_red}
+    names = _movement_names(scenario)
     return {
-        name: read_junction(network, name, ruled, step, slips, waiting)
+        name: read_junction(network, name, ruled, step, slips, waiting, names)
         for name, ruled in sorted(scenario.junctions.items())
     }
 
 
+def _movement_names(scenario: Scenario) -> dict[tuple[str, str], str]:
+    """The movements by the roads that they lead from and to, however skew these lie."""
+    return {
+        (name, exit_name(leg)): f"{LETTERS[name]}-{turn}"
+        for name, _ in scenario.approaches.entering()
+        for turn in scenario.approaches.served_turns(name)
+        if (leg := scenario.approaches.exit_leg(name, turn))
+    }
+
+
 def _same_movements(scenario: Scenario, network: Network) -> None:
-    """Headings may make a turn another one than its name says; say so rather than misroute."""
+    """Geometry may leave no room for a way; say so rather than misroute."""
     wanted = scenario.approaches.movements()
     for junction in network.junctions.values():
         movements = sorted(junction.intersection.movements)
         if wanted != movements:
             raise NetworkError(
-                f"{scenario.name}: the headings make other movements ({', '.join(movements)}) "
-                f"than approaches and lanes name ({', '.join(wanted)}); correct the headings"
+                f"{scenario.name}: the roads make other movements ({', '.join(movements)}) than "
+                f"approaches and lanes name ({', '.join(wanted)}); lengthen bays and approaches, "
+                "or turn headings apart"
             )

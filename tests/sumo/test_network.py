@@ -10,7 +10,7 @@ import sumolib
 from factories.scenarios import DROP, PAPER, SHIPPED, network_of, parsed, shipped
 from factories.traffic import CONFLICT_FREE
 
-from benchmark.plumbing.errors import NetworkError, ScenarioError
+from benchmark.plumbing.errors import ScenarioError
 from benchmark.scenario.layout import COMPASS, LETTERS
 from benchmark.scenario.scenario import CENTRE, Scenario
 from benchmark.study.episode import Episode, run_episode
@@ -194,11 +194,56 @@ def test_another_scenario_builds_another_network() -> None:
     assert len({network_of(name).hash for name in SHIPPED}) == len(SHIPPED)
 
 
-def test_headings_that_turn_a_cross_into_a_left_are_refused_with_the_movements() -> None:
-    headings = {"eastbound": 90, "southbound": 110, "westbound": 300}
-    crooked = {f"approaches.{name}.heading": degrees for name, degrees in headings.items()}
-    with pytest.raises(NetworkError, match=r"test/a: the headings make other movements .*N-C"):
-        network.build_network(parsed(crooked))
+SKEWED = {"approaches.eastbound.heading": 30, "approaches.westbound.heading": 210}
+THREE_ARMS = {  # 120 degrees apart
+    "approaches.southbound": DROP,
+    "approaches.eastbound.heading": 120,
+    "approaches.westbound.heading": 240,
+    "approaches.northbound.lanes": "R L",
+    "approaches.eastbound.lanes": "R C",
+    "approaches.westbound.lanes": "C L",
+    "demand.0.southbound": DROP,
+    "demand.0.northbound": {"left": 100, "cross": 0, "right": 100},
+    "demand.0.eastbound": {"left": 0, "cross": 200, "right": 100},
+    "demand.0.westbound": {"left": 100, "cross": 200, "right": 0},
+    "signal.phases": [
+        {"movements": ["N-L"], "green": 10},
+        {"movements": ["E-C", "W-C"], "green": 20},
+        {"movements": ["W-C", "W-L"], "green": 10},
+    ],
+}
+
+
+def test_a_skewed_crossing_has_the_conflicts_of_a_straight_one() -> None:
+    straight, skewed = (
+        network.build_network(parsed(changes)).intersections[0].movements
+        for changes in ({}, SKEWED)
+    )
+    assert {name: movement.conflicts for name, movement in skewed.items()} == {
+        name: movement.conflicts for name, movement in straight.items()
+    }
+
+
+def test_three_arms_have_the_movements_that_the_scenario_names() -> None:
+    movements = network.build_network(parsed(THREE_ARMS)).intersections[0].movements
+    assert {name: set(movement.conflicts) for name, movement in movements.items()} == {
+        "N-L": {"E-C", "W-C", "W-L"},
+        "N-R": set(),
+        "E-C": {"N-L", "W-L"},
+        "E-R": set(),
+        "W-C": {"N-L"},
+        "W-L": {"N-L", "E-C"},
+    }
+
+
+@pytest.mark.parametrize("changes", [SKEWED, THREE_ARMS], ids=["skewed", "three arms"])
+@pytest.mark.parametrize(("controller", "rate"), [("traffic-light", None), ("first-come", 0.5)])
+def test_roads_at_any_angle_are_driven(
+    changes: dict[str, Any], controller: str, rate: float | None
+) -> None:
+    record = run_episode(Episode(parsed(changes), controller, rate, 1))
+    assert (record.status, record.reason) == ("ok", None)
+    assert record.junctions[CENTRE].throughput > 0
 
 
 def test_a_route_has_the_movement_by_which_it_crosses() -> None:
