@@ -10,8 +10,9 @@ from functools import cached_property
 
 Point = tuple[float, float]
 
-REGULATED_TURNS = frozenset("LC")
-"""Turns that can conflict; right turns stay out of it (paper, Intersectional Traffic Flow)."""
+REGULATED_TURNS = frozenset("LCU")
+"""Turns that can conflict; right turns stay out of it (paper, Intersectional Traffic Flow). The
+paper has no U-turns, which cross as lefts do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class Movement:
 
     id: str
     approach: str
-    turn: str  # "L", "C" or "R"
+    turn: str  # "L", "C", "R" or "U"
     exit: str  # id of the road it leaves on
     ways: tuple[Way, ...]
     conflicts: frozenset[str]  # ids of the movements that cross or merge with it

@@ -83,7 +83,7 @@ class Observer:
             blocked = {name: held_by_conflict(state, name) for name in {e.movement for e in egos}}
             found[:, -_EGO:] = [_on_ego(ego, blocked[ego.movement]) for ego in egos]
         paper = sum(_PAPER.values()) * _J
-        seen = traffic[[views[ego.movement] for ego in egos]]
+        seen = traffic[[views[seen_as(ego.movement)] for ego in egos]]
         found[:, :paper] = seen[:, :paper]
         found[:, paper] = [ego.distance / self._zone for ego in egos]
         found[:, paper + 1 : seen.shape[1] + 1] = seen[:, paper:]
@@ -114,6 +114,11 @@ class Observer:
             if crossing.speed < STATIONARY and crossing.movement in places:
                 found[2, places[crossing.movement]] += 1 / FEW
         return found.ravel()
+
+
+def seen_as(movement: str) -> str:
+    """The one of the paper's eight movements whose view an ego has; U-turns have the left's."""
+    return f"{movement[:-1]}L" if movement.endswith("U") else movement
 
 
 def _on_ego(ego: Vehicle, blocked: bool) -> tuple[float, ...]:

@@ -79,12 +79,19 @@ def arrows(intersection: Intersection) -> Iterator[Points]:
                 yield np.array([foot.at(right, ahead) for right, ahead in scaled])
 
 
+U_TURN = ((0.0, 2.2), (0.0, 4.0), (-1.1, 4.0), (-1.1, 2.2))  # m, of a cubic curve
+
+
 def _arrow(turns: str) -> Iterator[Points]:
     """The pieces of a painted arrow, 10 m long, on a lane 3.2 m wide; x to the right, y ahead."""
     stem, start = 0.36, np.array([0.0, 0.0])
     if "C" in turns:
         yield ribbon(np.array([start, [0.0, 7.0]]), stem)
         yield np.array([[-0.75, 6.8], [0.75, 6.8], [0.0, 10.0]])
+    if "U" in turns:
+        yield ribbon(np.array([start, [0.0, 2.2]]), stem)
+        yield ribbon(curve(*(np.array(p) for p in U_TURN)), stem)
+        yield np.array([[-1.6, 2.4], [-0.6, 2.4], [-1.1, 0.8]])
     for turn, side in (("L", -1.0), ("R", 1.0)):
         if turn in turns:
             height = 4.4 if "C" in turns else 7.6

@@ -19,7 +19,7 @@ _PROSE = {
     "dict_type": "expected a table",
     "model_type": "expected a table",
     "finite_number": "expected a finite number",
-    "string_pattern_mismatch": 'expected approach and turn, [NESW]-[LCR], such as "E-L"',
+    "string_pattern_mismatch": 'expected approach and turn, [NESW]-[LCRU], such as "E-L"',
     "union_tag_not_found": 'the key model = "IDM" or "Krauss" is required',
 }
 

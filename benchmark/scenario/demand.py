@@ -19,10 +19,11 @@ class TurnCounts(Table):
     left: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
     cross: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
     right: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
+    u_turn: float = Field(0.0, ge=0, le=LARGEST_COUNT, description="[veh/h]")
 
     def of(self, turn: str) -> float:
         """The count of a turn [veh/h]."""
-        return {"L": self.left, "C": self.cross, "R": self.right}[turn]
+        return {"L": self.left, "C": self.cross, "R": self.right, "U": self.u_turn}[turn]
 
     def scaled(self, factor: float) -> Self:
         """Every count multiplied."""
@@ -33,7 +34,7 @@ class TurnCounts(Table):
     @property
     def total(self) -> float:
         """All turns together [veh/h]."""
-        return self.left + self.cross + self.right
+        return self.left + self.cross + self.right + self.u_turn
 
 
 class Demand(Table):

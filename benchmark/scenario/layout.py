@@ -9,7 +9,7 @@ from pydantic import Field, PositiveInt, field_validator, model_validator
 from benchmark.plumbing.models import Share, Table
 from benchmark.scenario.units import Length, PositiveLength, PositiveSpeed
 
-TURNS = ("R", "C", "L")  # from the kerb to the centre line
+TURNS = ("R", "C", "L", "U")  # from the kerb to the centre line
 LETTERS = {"northbound": "N", "eastbound": "E", "southbound": "S", "westbound": "W"}
 COMPASS = tuple(LETTERS)  # clockwise
 
@@ -26,7 +26,8 @@ class Approach(Table):
     lanes: str = Field(
         "",
         description="Lanes at the entrance from the kerb to the centre line, by the turns each "
-        "serves: R right, C cross, L left; a shared lane joins letters, as in 'RC C CL'. Without "
+        "serves: R right, C cross, L left, U back; a shared lane joins letters, as in 'RC C LU'. "
+        "Without "
         "it nobody arrives here: vehicles only leave on this leg.",
         examples=["R C C L"],
     )
@@ -64,13 +65,13 @@ class Approach(Table):
         for token in tokens:
             for letter in token:
                 if letter not in TURNS:
-                    raise ValueError(f'unknown turn "{letter}" in "{lanes}"; use R, C or L')
+                    raise ValueError(f'unknown turn "{letter}" in "{lanes}"; use R, C, L or U')
             if len(set(token)) < len(token):
                 raise ValueError(f'lane "{token}" in "{lanes}" names a turn twice')
         ranks = [sorted(TURNS.index(letter) for letter in token) for token in tokens]
         if any(right[-1] > left[0] for right, left in pairwise(ranks)):
-            raise ValueError(f'ways cross in "{lanes}"; list lanes from kerb to centre: R, C, L')
-        return " ".join("".join(sorted(token, key="RCL".index)) for token in tokens)
+            raise ValueError(f'ways cross in "{lanes}"; list lanes from kerb to centre: R, C, L, U')
+        return " ".join("".join(sorted(token, key=TURNS.index)) for token in tokens)
 
     @model_validator(mode="after")
     def _bay_fits(self) -> Self:
@@ -132,7 +133,7 @@ class Approaches(Table):
         A vehicle that travels north and turns right leaves on the eastern leg, which is the one
         that westbound vehicles arrive on.
         """
-        steps = {"L": 1, "C": 2, "R": 3}[turn]
+        steps = {"U": 0, "L": 1, "C": 2, "R": 3}[turn]
         leg = COMPASS[(COMPASS.index(approach) + steps) % 4]
         return leg if getattr(self, leg) is not None and self.exit_lanes(leg) != 0 else None
 

@@ -113,6 +113,9 @@ class Scenario(Table):
         for period in meaning["demand"]:
             if period["peak_hour_factor"] == 1:
                 del period["peak_hour_factor"]
+            for name in COMPASS:
+                if period[name]["u_turn"] == 0:
+                    del period[name]["u_turn"]
         canonical = json.dumps(meaning, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(canonical.encode()).hexdigest()
 

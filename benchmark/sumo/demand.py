@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 from benchmark.scenario.demand import TurnCounts
+from benchmark.scenario.layout import TURNS
 from benchmark.scenario.scenario import Scenario
 from benchmark.scenario.vehicles import Krauss, VehicleClass
 from benchmark.sumo import tools
@@ -124,7 +125,7 @@ def turns_xml(scenario: Scenario) -> str:
         for name in scenario.approaches.names():
             if period.counts(name).total > 0:
                 counted[name] = period.counts(name)
-            for turn in "LCR":
+            for turn in TURNS:
                 count = counted[name].of(turn) if name in counted else 0.0
                 if count > 0 and (leg := scenario.approaches.exit_leg(name, turn)):
                     lines.append(

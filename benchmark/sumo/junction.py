@@ -10,7 +10,7 @@ from benchmark.control.intersection import REGULATED_TURNS, Intersection, Lane, 
 from benchmark.scenario.layout import COMPASS, LETTERS
 from benchmark.scenario.scenario import Ruled
 
-TURN_OF_DIRECTION = {"l": "L", "L": "L", "s": "C", "r": "R", "R": "R"}
+TURN_OF_DIRECTION = {"l": "L", "L": "L", "s": "C", "r": "R", "R": "R", "t": "U"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +189,7 @@ class _Reader:
         conflicts = self._conflicts()
         movements = {}
         for edge in self._approaches():
-            for turn in "LCR":
+            for turn in "LCRU":
                 for (source, target), name in sorted(self.names.items()):
                     if source != edge.getID() or _turn_of(name) != turn:
                         continue

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 from math import cos, radians, sin
 from xml.sax.saxutils import quoteattr
 
-from benchmark.scenario.layout import COMPASS, LETTERS, Approach
+from benchmark.scenario.layout import COMPASS, LETTERS, TURNS, Approach
 from benchmark.scenario.scenario import Scenario
 
 CENTRE = "intersection"
@@ -100,7 +100,7 @@ class _Leg:
             (
                 sum(turn in lane for lane in approach.lane_turns)
                 for name, approach in self.scenario.approaches.items()
-                for turn in "LCR"
+                for turn in TURNS
                 if self.scenario.approaches.exit_leg(name, turn) == self.name
             ),
             default=0,
@@ -185,7 +185,7 @@ class _Leg:
         is an accident to come: with SUMO's waiting points everywhere, dark lights gave collisions
         by the dozen and rings of four left-turners that wait for each other forever.
         """
-        for turn in "RCL":
+        for turn in TURNS:
             leg = self.scenario.approaches.exit_leg(self.name, turn)
             sources = [index for index, turns in enumerate(self.lanes) if turn in turns]
             if leg is None or not sources:

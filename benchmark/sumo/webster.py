@@ -181,10 +181,11 @@ def _together(intersection: Intersection, first: LaneGroup, second: LaneGroup) -
 def _yielder(
     intersection: Intersection, first: LaneGroup, second: LaneGroup, a: str, b: str
 ) -> str | None:
-    """Which of two conflicting movements yields: a left on a shared lane."""
+    """Which of two conflicting movements yields: a left that shares lanes with cross traffic."""
     for group, movement, against in ((first, a, b), (second, b, a)):
         turns = [intersection.movements[name].turn for name in (movement, against)]
-        if len(group.movements) > 1 and turns in (["L", "C"], ["L", "L"]):
+        shares = any(intersection.movements[name].turn == "C" for name in group.movements)
+        if shares and turns in (["L", "C"], ["L", "L"]):
             return movement
     return None
 

@@ -142,7 +142,7 @@ MISTAKES: list[tuple[dict[str, Any], str, list[str]]] = [
         ["nobody would stop", "leave out"],
     ),
     # lanes
-    ({f"{NORTH}.lanes": "R Q L"}, f"{NORTH}.lanes", ['"Q" in "R Q L"', "use R, C or L"]),
+    ({f"{NORTH}.lanes": "R Q L"}, f"{NORTH}.lanes", ['"Q" in "R Q L"', "use R, C, L or U"]),
     ({f"{NORTH}.lanes": "L C R"}, f"{NORTH}.lanes", ['"L C R"', "from kerb to centre"]),
     ({f"{NORTH}.lanes": "RL C"}, f"{NORTH}.lanes", ['"RL C"', "from kerb to centre"]),
     ({f"{NORTH}.lanes": "RR C L"}, f"{NORTH}.lanes", ['"RR" in "RR C L"', "twice"]),

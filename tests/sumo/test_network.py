@@ -194,6 +194,38 @@ def test_another_scenario_builds_another_network() -> None:
     assert len({network_of(name).hash for name in SHIPPED}) == len(SHIPPED)
 
 
+BACK = {
+    "approaches.northbound.lanes": "R C LU",
+    "demand.0.northbound": {"left": 100, "cross": 200, "right": 50, "u_turn": 200},
+    "signal.phases.0": {"movements": ["N-L", "N-U", "S-L"], "green": 10},
+}
+
+
+def test_a_u_turn_leaves_on_its_own_leg_and_conflicts_with_who_comes_there() -> None:
+    (intersection,) = network.build_network(parsed(BACK)).intersections
+    back = intersection.movements["N-U"]
+    assert (back.turn, back.exit, back.regulated) == ("U", "southbound.exit", True)
+    assert back.conflicts == {"S-C", "W-L"}
+    assert set(intersection.movements) == {f"{a}-{t}" for a in "NESW" for t in "LCR"} | {"N-U"}
+
+
+@pytest.mark.parametrize(
+    ("controller", "rate"),
+    [("traffic-light", None), ("stop-controlled", None), ("first-come", 0.5), ("wang", 0.5)],
+)
+def test_u_turns_are_driven(controller: str, rate: float | None) -> None:
+    record = run_episode(Episode(parsed(BACK), controller, rate, 1))
+    assert (record.status, record.reason) == ("ok", None)
+    assert record.junctions[CENTRE].waiting_by_movement["N-U"].vehicles > 0
+
+
+def test_u_turns_that_are_not_served_or_not_counted_are_refused() -> None:
+    with pytest.raises(ScenarioError, match="serves U but no turn count uses it"):
+        parsed({"approaches.northbound.lanes": "R C LU"})
+    with pytest.raises(ScenarioError, match="vehicles turn U but no lane serves it"):
+        parsed({"demand.0.northbound.u_turn": 50})
+
+
 SKEWED = {"approaches.eastbound.heading": 30, "approaches.westbound.heading": 210}
 THREE_ARMS = {  # 120 degrees apart
     "approaches.southbound": DROP,

@@ -98,7 +98,7 @@ def _heads(junction: Junction) -> Iterable[Head]:
         east, north = entrance.ahead
         angle = round(float(np.degrees(np.arctan2(east, north))), 1)
         size = HEAD_GAP * lane.width / len(links)
-        links.sort(key=lambda link: "LCR".index(movements[junction.links[link]].turn))
+        links.sort(key=lambda link: "ULCR".index(movements[junction.links[link]].turn))
         for order, link in enumerate(links):
             aside = (order - (len(links) - 1) / 2) * size
             yield Head(link, _place(entrance.at(aside, 0.0)), angle, round(size, 2))
