@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 
-.PHONY: run test slow-tests results-check lint browser bench scaling large-store soak replay-speed results figures site screenshots architecture reference ablations capacity clean
+.PHONY: run test slow-tests results-check lint browser bench scaling large-store saturation soak replay-speed results figures site screenshots architecture reference ablations capacity clean
 
 run: .venv/installed
 	$(BIN)/rightofway run colorado-springs --rate 0.4 --rate 0.5 --rate 0.6 --rate 0.7 --seeds 2 --out out
@@ -51,6 +51,10 @@ scaling: .venv/installed-dev
 # A folder of a million records; takes 4 GB of disk.
 large-store: .venv/installed-dev
 	$(BIN)/python tests/benchmarks/large_store.py
+
+# Discharge in SUMO over the formula of saturation flow; docs/methods.md keeps it.
+saturation: .venv/installed-dev
+	PYTHONPATH=tests $(BIN)/python tests/benchmarks/saturation.py
 
 # Suites under random faults, here and on a cluster; docs/suites.md keeps what it said.
 soak: .venv/installed-dev

@@ -24,7 +24,8 @@ def saturation_flow(scenario: Scenario, movement: Movement) -> float:
     """What one lane of a movement discharges while its queue lasts [veh/h].
 
     The greatest equilibrium flow ``3600 v / (gap(v) + length)`` of the scenario's drivers at the
-    speed that their way allows; measured discharge agrees within 5 % for cross movements.
+    speed that their way allows. Queues start from a standstill, so discharge in SUMO differs from
+    it with speed, green and driver: docs/methods.md has the measured table (``make saturation``).
     """
     free = min(way.speed_limit for way in movement.ways)
     if scenario.intersection.speed_cap:

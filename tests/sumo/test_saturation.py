@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from factories.counts import KRAUSS, PERMITTED, by_flow_ratios, counted, lane_saturation
+from factories.discharge import discharge, saturated
 from factories.scenarios import network_of, parsed, shipped
 from factories.traffic import CROSSROADS
 from scipy.optimize import minimize_scalar
@@ -209,3 +210,10 @@ def test_what_filters_falls_with_the_stream_that_it_filters_into() -> None:
 
 def test_a_slip_lane_passes_beside_the_signal() -> None:
     assert "N-R" not in degrees({"approaches.northbound.slip_lane": True})
+
+
+def test_a_queue_of_the_papers_drivers_discharges_at_saturation_flow() -> None:
+    scenario = saturated(10.0, 26.0, {"model": "IDM", "headway": 1.0}, duration=900.0)
+    (intersection,) = build_network(scenario).intersections
+    formula = saturation_flow(scenario, intersection.movements["N-C"])
+    assert discharge(scenario, 26.0) == pytest.approx(formula, rel=0.1)
