@@ -61,11 +61,10 @@ class Data:
         self.scenarios_left_out = len(known) - len(self.scenarios)
         here = [cell for cell in cells if cell.scenario in self.scenarios]
         run = {cell.rate for cell in here if cell.rate is not None}
-        for rate in wish.rates:
-            if rate not in run:
-                ran = ", ".join(map(percent, sorted(run))) or "none"
-                raise UsageError(f"--rate {percent(rate)}: no records; at hand: {ran}")
-        self.rates = sorted(wish.rates or run)
+        self.rates = sorted(run.intersection(wish.rates) if wish.rates else run)
+        if wish.rates and not self.rates:
+            asked, ran = (", ".join(map(percent, sorted(rates))) for rates in (wish.rates, run))
+            raise UsageError(f"--rate {asked}: no records; at hand: {ran or 'none'}")
         nearest_rate = min(run, key=lambda rate: abs(rate - USUAL_RATE), default=USUAL_RATE)
         self.rate = nearest_rate if wish.rate is None else wish.rate
         groups = [cell.sample.group for cell in here]
