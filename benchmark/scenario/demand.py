@@ -61,7 +61,7 @@ class Demand(Table):
         return self
 
     def counts(self, approach: str) -> TurnCounts:
-        """The flow rates from an approach: counts over ``peak_hour_factor`` (HCM 6, eq. 4-2)."""
+        """The flow rates from an approach: counts over ``peak_hour_factor`` (HCM 6, chapter 4)."""
         counts: TurnCounts = getattr(self, approach)
         return counts.scaled(1 / self.peak_hour_factor)
 

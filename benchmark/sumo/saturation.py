@@ -16,7 +16,7 @@ from benchmark.scenario.signal import Signal, SignalPhase
 from benchmark.scenario.vehicles import Idm, VehicleClass
 
 PERMITTED_LEFT = 4.5, 2.5  # critical gap and follow-up time [s] (HCM 2010, exhibit 31-20 region)
-RIGHT_TURN = 6.2, 3.3  # of right turns that filter [s] (HCM 6, exhibits 20-11 and 20-12)
+RIGHT_TURN = 6.2, 3.3  # of right turns that filter [s] (HCM 6, chapter 20)
 KERB_LENGTHS = {"passenger": 5.0, "truck": 7.1, "bus": 12.0, "motorcycle": 2.2}  # m, SUMO's
 
 
@@ -51,7 +51,7 @@ def _greatest_flow(vehicle: VehicleClass, free: float) -> float:
 
 
 def filtering_flow(opposing: float, critical_gap: float, follow_up: float) -> float:
-    """What finds gaps in an opposing stream (HCM 2010, equation 31-100).
+    """What finds gaps in an opposing stream (HCM 2010, chapter 31).
 
     Args:
         opposing: [veh/h].
