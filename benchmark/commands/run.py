@@ -23,6 +23,9 @@ Scenarios = Annotated[
     ),
 ]
 
+LONGEST_LIMIT = 604_800.0  # s, a week
+LARGEST_MEMORY = 2**24  # MB
+
 
 def run(
     scenario: Scenarios = None,
@@ -63,19 +66,27 @@ def run(
         ),
     ] = None,
     step_limit: Annotated[
-        float, typer.Option(min=0.001, help="Isolated: wall time for an answer [s].")
+        float,
+        typer.Option(min=0.001, max=LONGEST_LIMIT, help="Isolated: wall time for an answer [s]."),
     ] = Limits.step,
     start_limit: Annotated[
-        float, typer.Option(min=0.001, help="Isolated: wall time to import, and to reset [s].")
+        float,
+        typer.Option(
+            min=0.001, max=LONGEST_LIMIT, help="Isolated: wall time to import, and to reset [s]."
+        ),
     ] = Limits.start,
     answers_limit: Annotated[
-        float, typer.Option(min=0.001, help="Isolated: wall time for an episode's answers [s].")
+        float,
+        typer.Option(
+            min=0.001, max=LONGEST_LIMIT, help="Isolated: wall time for an episode's answers [s]."
+        ),
     ] = Limits.episode,
     memory_limit: Annotated[
-        int, typer.Option(min=256, help="Isolated: address space [MB].")
+        int, typer.Option(min=256, max=LARGEST_MEMORY, help="Isolated: address space [MB].")
     ] = Limits.memory,
     time_limit: Annotated[
-        float, typer.Option(min=0.1, help="Wall time for one try at an episode [s].")
+        float,
+        typer.Option(min=0.1, max=LONGEST_LIMIT, help="Wall time for one try at an episode [s]."),
     ] = 600.0,
     scheduler: Annotated[
         str | None,

@@ -19,7 +19,7 @@ QUANTITY = re.compile(r"\s*([-+]?[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*([^\s\d.
 def _reader(units: Mapping[str, float]) -> BeforeValidator:
     """Reads a text with one of these units; leaves all else to pydantic."""
     known = ", ".join(units)
-    example = f"{30 if 'mph' in units else 12} {[*units][-2]}"
+    example = "30 mph" if "mph" in units else "15 min" if "min" in units else "12 ft"
 
     def read(given: Any) -> Any:
         if not isinstance(given, str):

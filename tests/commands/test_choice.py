@@ -86,6 +86,11 @@ def test_a_rate_is_read_as_tables_write_it(here: Path, rate: str) -> None:
         ("--seeds", "x", "'--seeds': expected a whole number"),
         ("--seeds", "0", "'--seeds': expected at least 1"),
         ("--seeds", "1000000000", "--seeds 1,000,000,000: expected at most 10,000"),
+        ("--time-limit", "inf", "'--time-limit': expected at most 604800"),
+        ("--step-limit", "1e30", "'--step-limit': expected at most 604800"),
+        ("--start-limit", "inf", "'--start-limit': expected at most 604800"),
+        ("--answers-limit", "inf", "'--answers-limit': expected at most 604800"),
+        ("--memory-limit", "9" * 21, "'--memory-limit': expected at most 16777216"),
         ("--time-limit", "soon", "'--time-limit': expected a number"),
     ],
 )

@@ -43,7 +43,7 @@ def test_a_text_with_a_unit_is_the_same_scenario_as_its_number(
     [
         (f"{NORTH}.speed_limit", "30 ft", "unknown unit \"ft\" in '30 ft'; expected one of m/s"),
         (f"{NORTH}.speed_limit", "fast", 'expected a number, or a text such as "30 mph"'),
-        (f"{NORTH}.length", "", 'expected a number, or a text such as "12 yd"'),
+        (f"{NORTH}.length", "", 'expected a number, or a text such as "12 ft"'),
         (f"{NORTH}.length", "-3 ft", "greater than 0"),
         (f"{NORTH}.length", "1e9 mi", "less than or equal to 5000"),
         (f"{NORTH}.length", "12", "expected a number"),
