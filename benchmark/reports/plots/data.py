@@ -63,8 +63,10 @@ class Data:
         run = {cell.rate for cell in here if cell.rate is not None}
         self.rates = sorted(run.intersection(wish.rates) if wish.rates else run)
         if wish.rates and not self.rates:
-            asked, at_hand = (", ".join(map(percent, sorted(rates))) for rates in (wish.rates, run))
-            raise UsageError(f"--rate {asked}: no records; at hand: {at_hand or 'none'}")
+            wanted, at_hand = (
+                ", ".join(map(percent, sorted(rates))) for rates in (wish.rates, run)
+            )
+            raise UsageError(f"--rate {wanted}: no records; at hand: {at_hand or 'none'}")
         nearest_rate = min(run, key=lambda rate: abs(rate - USUAL_RATE), default=USUAL_RATE)
         self.rate = nearest_rate if wish.rate is None else wish.rate
         groups = [cell.sample.group for cell in here]
