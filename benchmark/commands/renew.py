@@ -27,8 +27,9 @@ def renew(
     """Let records of earlier code count for today's, where a sample of them comes out equal.
 
     Runs episodes of every cell (scenario, controller, rate) again, drawn at random. A cell whose
-    figures are equal to the last bit gets the identity of today's code, so that `run` does not run
-    it anew. Exit code 1: some cell differs; its records stay as they are.
+    figures are equal, to six digits, gets the identity of today's code, so that `run` does not run
+    it anew; cells that have it are left out. Exit code 1: some cell differs; its records stay as
+    they are.
     """
     from benchmark.commands.progress import progress_bar
     from benchmark.plumbing.processes import cores
@@ -46,11 +47,13 @@ def renew(
         repeats = repeats_of(held, catalogue.find_scenarios(scenario or []))
         for (name, _), reason in repeats.incomparable.items():
             console.notice(f"{name}: {reason}; its records stay as they are")
-        sample = sample_of(repeats.episodes, seeds, random.SystemRandom())
+        newest = {record.episode: record.identity for record in held}
+        stale = [each for each in repeats.episodes if newest[each.key] != each.identity]
+        sample = sample_of(stale, seeds, random.SystemRandom())
         build_ahead(sample)
         with progress_bar(sample) as advance:
             pool = LocalPool(workers or cores())
-            renewal = renewed(repeats.episodes, sample, held, pool, advance)
+            renewal = renewed(stale, sample, held, pool, advance)
         store.rewrite(renewal.applied)
     for (name, _, controller, rate), changes in list(renewal.differing.items())[:SHOWN]:
         at = "" if rate is None else f" at {100 * rate:g} %"

@@ -1,7 +1,7 @@
 """Records of earlier code get today's identity, where a sample of them comes out the same again.
 
 Identities change with every edit of the code that determines episodes, also where no figure does.
-A sample from every cell of a folder is run again; where all its figures are equal to the last bit,
+A sample from every cell of a folder is run again; where all its figures are equal, to six digits,
 the folder need not be run anew.
 """
 

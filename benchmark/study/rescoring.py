@@ -1,5 +1,6 @@
 """Episodes with action logs: run one and keep its commands, or score the commands again."""
 
+import math
 from collections.abc import Callable, Iterator
 from collections.abc import Set as AbstractSet
 from contextlib import nullcontext
@@ -17,6 +18,7 @@ from benchmark.study.actions import Recording, spoken
 from benchmark.study.episode import Audience, Episode, run_episode, run_opened
 from benchmark.world.onlooker import Onlooker
 
+DIGITS = 1e-6  # relative, to which figures are equal on every processor
 VARIES = {"wall_time", "versions", "identity"}  # of a record when its commands are scored again
 
 
@@ -119,7 +121,10 @@ def differences(
 def contradictions(
     earlier: Record, again: Record, besides: AbstractSet[str] = frozenset()
 ) -> list[str]:
-    """As ``differences``, but only of fields that the earlier record's file has.
+    """As ``differences``, but only of fields that the earlier record's file has, to six digits.
+
+    A learned acceleration differs in its ninth digit from one processor to another, and emissions
+    with it.
 
     Args:
         earlier: as it was read, perhaps written by a version that knew fewer fields.
@@ -127,7 +132,7 @@ def contradictions(
         besides: fields that may differ besides ``VARIES``.
     """
     first, second = (_said(earlier, record, VARIES | besides) for record in (earlier, again))
-    return list(_differing(first, second, ""))
+    return list(_differing(first, second, "", DIGITS))
 
 
 def _said(earlier: object, record: object, besides: AbstractSet[str] = frozenset()) -> object:
@@ -140,10 +145,14 @@ def _said(earlier: object, record: object, besides: AbstractSet[str] = frozenset
     return record
 
 
-def _differing(first: object, second: object, path: str) -> Iterator[str]:
+def _differing(first: object, second: object, path: str, tolerance: float = 0.0) -> Iterator[str]:
     if isinstance(first, dict) and isinstance(second, dict):
         for key in [*first, *(second.keys() - first.keys())]:
-            yield from _differing(first.get(key), second.get(key), f"{path}.{key}".lstrip("."))
+            inner = f"{path}.{key}".lstrip(".")
+            yield from _differing(first.get(key), second.get(key), inner, tolerance)
+    elif isinstance(first, float) and isinstance(second, float):
+        if not math.isclose(first, second, rel_tol=tolerance):
+            yield f"{path}: {_brief(first)} there, {_brief(second)} now"
     elif first != second:
         yield f"{path}: {_brief(first)} there, {_brief(second)} now"
 

@@ -100,3 +100,17 @@ def test_what_movements_waited_is_compared_also_where_a_movement_came_later(
     changed = junction.model_copy(update={"waiting_by_movement": fewer})
     earlier = records[2].model_copy(update={"junctions": {"intersection": changed}})
     assert len(contradictions(earlier, records[2])) == 1
+
+
+def test_a_figure_in_its_ninth_digit_contradicts_nothing(records: list[Record]) -> None:
+    trips = records[2].trips
+    assert trips is not None
+    assert trips.co2 is not None
+
+    def with_co2(value: float) -> Record:
+        return records[2].model_copy(update={"trips": trips.model_copy(update={"co2": value})})
+
+    close, apart = with_co2(trips.co2 * (1 + 1e-9)), with_co2(trips.co2 * (1 + 1e-5))
+    assert contradictions(close, records[2]) == []
+    assert len(differences(close, records[2])) == 1
+    assert len(contradictions(apart, records[2])) == 1
