@@ -8,6 +8,7 @@ from factories.mirror import left_hand, mirrored, on_the_left
 from factories.scenarios import network_of, parsed, shipped
 
 from benchmark.control.intersection import Intersection, Movement
+from benchmark.learning.traffic import Traffic
 from benchmark.pictures import pavement
 from benchmark.plumbing.errors import ScenarioError
 from benchmark.records.record import Record
@@ -128,6 +129,11 @@ def test_learned_controllers_are_skipped() -> None:
     assert "trained for traffic that drives on the right" in str(record.reason)
 
 
+def test_nobody_trains_on_the_left() -> None:
+    with pytest.raises(ScenarioError, match="driving_side"):
+        Traffic(left_hand("smoke/crossing"), 0.5, 1)
+
+
 def test_the_default_side_leaves_the_hash() -> None:
     assert parsed({"intersection.driving_side": "right"}).hash == parsed().hash
     assert left_hand("smoke/crossing").hash != shipped("smoke/crossing").hash
@@ -158,3 +164,18 @@ def test_a_road_where_all_keep_to_the_kerb_has_nothing_to_regulate() -> None:
     del text["signal"]
     with pytest.raises(ScenarioError, match="all lanes turn left"):
         parse_scenario(text, source="a.toml", name="a")
+
+
+def test_u_turns_go_round_to_the_right() -> None:
+    text = on_the_left("colorado-springs/334")
+    text["approaches"]["westbound"]["lanes"] = "L C C RU"
+    for period in text["demand"]:
+        period["westbound"]["u_turn"] = 10
+        period["westbound"]["cross"] = period["westbound"]["cross"] or 10
+    text["signal"]["phases"][2]["movements"].append("W-U")
+    scenario = parse_scenario(text, source="a.toml", name="a")
+    u_turn = junction(build_network(scenario)).intersection.movements["W-U"]
+    assert u_turn.regulated
+    assert not u_turn.crosses_oncoming
+    (way,) = u_turn.ways
+    assert way.shape[-1][1] > way.shape[0][1]  # westbound: the other side of the road is north
