@@ -19,11 +19,13 @@ from baselines.hierarchical.policy import (
     Random,
     shapes,
 )
+from baselines.wang.controller import on_the_left
 from benchmark.control.controller import Command, Controller, Drive
 from benchmark.control.intersection import Intersection
 from benchmark.control.state import TrafficState, Vehicle
 from benchmark.control.training import declared_training
 from benchmark.learning.weights import Weights, load
+from benchmark.scenario.scenario import Scenario
 
 SHIPPED = Path(__file__).parent / "weights"
 HIDDEN = (64, 64)  # where a file's notes say nothing else
@@ -63,6 +65,10 @@ class Hierarchy(Controller):
             self._weights = _read(weights or shipped, self.SIZE)
             self.weights_hash = self._weights.hash
             self.trained_on = declared_training(self._weights.notes)
+
+    def supports(self, scenario: Scenario) -> str | None:
+        """Skip where traffic drives on the left: what it observes names left turns."""
+        return on_the_left(self.NAME, scenario) or super().supports(scenario)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection."""

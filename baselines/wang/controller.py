@@ -13,8 +13,15 @@ from benchmark.control.state import TrafficState, Vehicle
 from benchmark.control.training import declared_training
 from benchmark.learning.observation import Layout, Observer
 from benchmark.learning.weights import Notes, Weights, load
+from benchmark.scenario.scenario import Scenario
 
 SHIPPED = Path(__file__).parent / "weights"
+
+
+def on_the_left(name: str, scenario: Scenario) -> str | None:
+    """Why a learned controller is skipped where traffic drives on the left."""
+    sides = {ruled.zones.driving_side for ruled in scenario.junctions.values()}
+    return f"{name}: trained for traffic that drives on the right" if "left" in sides else None
 
 
 class Wang(Controller):
@@ -38,6 +45,10 @@ class Wang(Controller):
         self.weights_hash = self._weights.hash
         self.trained_on = declared_training(self._weights.notes)
         self._policy = Greedy(self._weights.arrays)
+
+    def supports(self, scenario: Scenario) -> str | None:
+        """Skip where traffic drives on the left: what it observes names left turns."""
+        return on_the_left(self.NAME, scenario) or super().supports(scenario)
 
     def reset(self, intersection: Intersection, seed: int) -> None:
         """Look at another intersection; the policy itself remembers nothing."""

@@ -35,7 +35,7 @@ class Drive:
     """
 
     acceleration: float  # m/s2, between -body.deceleration and body.acceleration
-    lane_change: Literal[-1, 0, 1] = 0  # 1 to the left, -1 to the right, 0 stays
+    lane_change: Literal[-1, 0, 1] = 0  # 1 towards the centre line, -1 to the kerb, 0 stays
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,12 @@ controller when an episode begins.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 Point = tuple[float, float]
 
-REGULATED_TURNS = frozenset("LCU")
-"""Turns that can conflict; right turns stay out of it (paper, Intersectional Traffic Flow). The
-paper has no U-turns, which cross as lefts do."""
+DrivingSide = Literal["right", "left"]
+"""Where traffic drives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +50,7 @@ class Movement:
     exit: str  # id of the road it leaves on
     ways: tuple[Way, ...]
     conflicts: frozenset[str]  # ids of the movements that cross or merge with it
+    kerb_turn: str = "R"  # the turn that keeps to the kerb; "L" where traffic drives on the left
 
     @property
     def lanes(self) -> tuple[str, ...]:
@@ -58,8 +59,22 @@ class Movement:
 
     @property
     def regulated(self) -> bool:
-        """Whether it is one of the movements that Go and Stop regulate (left and cross)."""
-        return self.turn in REGULATED_TURNS
+        """Whether it is one of the movements that Go and Stop regulate.
+
+        Turns to the kerb stay out of it (paper, Intersectional Traffic Flow). The paper has no
+        U-turns, which cross as lefts do.
+        """
+        return not self.keeps_to_kerb
+
+    @property
+    def keeps_to_kerb(self) -> bool:
+        """Whether it turns without crossing anybody: right where traffic drives on the right."""
+        return self.turn == self.kerb_turn
+
+    @property
+    def crosses_oncoming(self) -> bool:
+        """Whether it turns across oncoming traffic: left where traffic drives on the right."""
+        return self.turn in "LR" and not self.keeps_to_kerb
 
 
 @dataclass(frozen=True)
@@ -73,20 +88,26 @@ class Intersection:
     lanes: Mapping[str, Lane]
     movements: Mapping[str, Movement]
     phases: Mapping[str, frozenset[str]]  # name of a signal phase -> its movements
+    driving_side: DrivingSide = "right"
 
     @cached_property
     def approaches(self) -> tuple[str, ...]:
         """Ids of the roads that lead here, clockwise."""
         return tuple(dict.fromkeys(lane.approach for lane in self.lanes.values()))
 
+    @property
+    def turns_abreast(self) -> str:
+        """The turns as their lanes lie, from the driver's left to the right."""
+        return "ULCR" if self.driving_side == "right" else "LCRU"
+
     @cached_property
     def regulated_movements(self) -> tuple[str, ...]:
-        """Ids of the left and cross movements, clockwise by approach; eight on four legs."""
+        """Ids of the regulated movements, clockwise by approach; eight on four legs."""
         return tuple(name for name, movement in self.movements.items() if movement.regulated)
 
     @cached_property
     def regulated_lanes(self) -> tuple[str, ...]:
-        """Ids of the incoming lanes that serve a left or cross movement."""
+        """Ids of the incoming lanes that serve a regulated movement."""
         return tuple(
             lane.id
             for lane in self.lanes.values()

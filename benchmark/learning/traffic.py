@@ -109,6 +109,11 @@ class Traffic:
     ) -> None:
         if not 0 <= rate <= 1:
             raise UsageError(f"rate {rate:g}: expected a share from 0 to 1")
+        if scenario.intersection.driving_side == "left":
+            raise ScenarioError(
+                f'{scenario.name}: intersection.driving_side = "left": what training observes '
+                "names left turns; expected traffic that drives on the right"
+            )
         self.reward = reward or Reward()
         self.world = World(scenario, rate, seed, controller="training", arbitration=arbitration)
         if len(self.world.sites) != 1:

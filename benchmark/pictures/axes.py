@@ -177,7 +177,8 @@ class _Bands:
         places: dict[str, float] = {}
         for name, gate in gates.items():
             row = [m for road, m in zip(roads, self.movements, strict=True) if road == name]
-            row.sort(key=lambda movement: "ULCR".index(movement.turn))
+            order = self.scene.intersection.turns_abreast
+            row.sort(key=lambda movement: order.index(movement.turn))
             wanted = [
                 float(np.mean([gate.beside(points(way.shape)[end]) for way in movement.ways]))
                 for movement in row

@@ -42,10 +42,11 @@ def lines(ground: Surroundings) -> tuple[list[Points], list[Points]]:
     """The dashed lines between lanes, and the lines that part the directions of traffic."""
     between: list[Points] = []
     middle: list[Points] = []
+    inwards = -1 if ground.driving_side == "right" else 1
     for lane in ground.lanes.values():
         if not lane.inside:
             innermost = f"{lane.road}_{lane.index + 1}" not in ground.lanes
-            line = shifted(points(lane.shape), -lane.width / 2)
+            line = shifted(points(lane.shape), inwards * lane.width / 2)
             (middle if innermost else between).append(line)
     return between, middle
 
@@ -57,9 +58,15 @@ def stop_lines(scenario: Scenario, intersection: Intersection) -> Iterator[tuple
     """
     for lane in intersection.lanes.values():
         approach = getattr(scenario.approaches, lane.approach, None)
-        yields = approach is not None and approach.slip_lane and turns(intersection, lane) == "R"
+        yields = approach is not None and approach.slip_lane and _keeps_to_kerb(intersection, lane)
         line = points(lane.shape)
         yield np.array([shifted(line, side * lane.width / 2)[-1] for side in (-1, 1)]), yields
+
+
+def _keeps_to_kerb(intersection: Intersection, lane: Lane) -> bool:
+    """Whether everybody on a lane turns to the kerb."""
+    served = [intersection.movements[name] for name in lane.movements]
+    return bool(served) and all(movement.keeps_to_kerb for movement in served)
 
 
 def turns(intersection: Intersection, lane: Lane) -> str:
@@ -74,7 +81,8 @@ def arrows(intersection: Intersection) -> Iterator[Points]:
         if part is not None:
             length = float(np.linalg.norm(part[-1] - part[0]))
             foot = RoadPlace(part[0], (part[-1] - part[0]) / length)
-            for piece in _arrow(turns(intersection, lane)):
+            back = 1 if intersection.driving_side == "right" else -1
+            for piece in _arrow(turns(intersection, lane), back):
                 scaled = piece * (lane.width / 3.2, length / ARROW_LENGTH)
                 yield np.array([foot.at(right, ahead) for right, ahead in scaled])
 
@@ -82,16 +90,21 @@ def arrows(intersection: Intersection) -> Iterator[Points]:
 U_TURN = ((0.0, 2.2), (0.0, 4.0), (-1.1, 4.0), (-1.1, 2.2))  # m, of a cubic curve
 
 
-def _arrow(turns: str) -> Iterator[Points]:
-    """The pieces of a painted arrow, 10 m long, on a lane 3.2 m wide; x to the right, y ahead."""
+def _arrow(turns: str, back: int) -> Iterator[Points]:
+    """The pieces of a painted arrow, 10 m long, on a lane 3.2 m wide; x to the right, y ahead.
+
+    Args:
+        turns: that it shows.
+        back: 1 where U-turns go round to the left, -1 where to the right.
+    """
     stem, start = 0.36, np.array([0.0, 0.0])
     if "C" in turns:
         yield ribbon(np.array([start, [0.0, 7.0]]), stem)
         yield np.array([[-0.75, 6.8], [0.75, 6.8], [0.0, 10.0]])
     if "U" in turns:
         yield ribbon(np.array([start, [0.0, 2.2]]), stem)
-        yield ribbon(curve(*(np.array(p) for p in U_TURN)), stem)
-        yield np.array([[-1.6, 2.4], [-0.6, 2.4], [-1.1, 0.8]])
+        yield ribbon(curve(*(np.array(p) * (back, 1) for p in U_TURN)), stem)
+        yield np.array([[-1.6, 2.4], [-0.6, 2.4], [-1.1, 0.8]]) * (back, 1)
     for turn, side in (("L", -1.0), ("R", 1.0)):
         if turn in turns:
             height = 4.4 if "C" in turns else 7.6

@@ -5,6 +5,7 @@ from typing import Self
 from pydantic import Field, PositiveInt, field_validator, model_validator
 
 from benchmark.plumbing.models import Share, Table
+from benchmark.scenario.layout import KERB_TURN, DrivingSide
 from benchmark.scenario.units import PositiveLength, PositiveSpeed, PositiveTime, Time
 
 MOST_SEEDS = 10_000  # of a study
@@ -59,12 +60,25 @@ class Zones(Table):
         description="Of the kerbs at the corners [m], which sets how wide the box is; default: "
         "SUMO's 4.",
     )
+    driving_side: DrivingSide = Field(
+        "right", description="Where traffic drives; left turns keep to the kerb on the left."
+    )
     priority: tuple[str, ...] = Field(
         (),
         description="Approaches that have priority where stop signs rule; the others stop. Without "
         "it all stop.",
         examples=[["northbound", "southbound"]],
     )
+
+    @property
+    def kerb_turn(self) -> str:
+        """The turn that keeps to the kerb and is not regulated."""
+        return KERB_TURN[self.driving_side]
+
+    @property
+    def crossing_turn(self) -> str:
+        """The turn that crosses oncoming traffic."""
+        return "L" if self.kerb_turn == "R" else "R"
 
     @field_validator("priority")
     @classmethod

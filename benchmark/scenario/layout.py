@@ -1,8 +1,8 @@
 """The roads of a drawn scenario: approaches by compass name, their lanes, and where turns lead."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Self
+from typing import Literal, Self
 
 from pydantic import Field, PositiveInt, field_validator, model_validator
 
@@ -10,8 +10,24 @@ from benchmark.plumbing.models import Share, Table
 from benchmark.scenario.units import Length, PositiveLength, PositiveSpeed
 
 TURNS = ("R", "C", "L", "U")  # from the kerb to the centre line
+TURNS_ON_THE_LEFT = ("L", "C", "R", "U")  # where traffic drives on the left
+DrivingSide = Literal["right", "left"]
+ORDERS: dict[DrivingSide, tuple[str, ...]] = {"right": TURNS, "left": TURNS_ON_THE_LEFT}
+KERB_TURN = {side: order[0] for side, order in ORDERS.items()}
 LETTERS = {"northbound": "N", "eastbound": "E", "southbound": "S", "westbound": "W"}
 COMPASS = tuple(LETTERS)  # clockwise
+
+
+def _in_order(tokens: Sequence[str], order: tuple[str, ...]) -> bool:
+    """Whether the ways of neighbouring lanes do not cross."""
+    ranks = [sorted(order.index(letter) for letter in token) for token in tokens]
+    return all(outer[-1] <= inner[0] for outer, inner in pairwise(ranks))
+
+
+def ways_cross(lanes: str, side: DrivingSide) -> str:
+    """What is wrong with lanes in another order than where traffic drives on a side."""
+    order = ", ".join(ORDERS[side])
+    return f'ways cross in "{lanes}"; list lanes from kerb to centre: {order}'
 
 
 class Approach(Table):
@@ -27,8 +43,8 @@ class Approach(Table):
         "",
         description="Lanes at the entrance from the kerb to the centre line, by the turns each "
         "serves: R right, C cross, L left, U back; a shared lane joins letters, as in 'RC C LU'. "
-        "Without "
-        "it nobody arrives here: vehicles only leave on this leg.",
+        "Where traffic drives on the left the order is L, C, R, U. Without it nobody arrives "
+        "here: vehicles only leave on this leg.",
         examples=["R C C L"],
     )
     upstream_lanes: PositiveInt | None = Field(
@@ -42,7 +58,9 @@ class Approach(Table):
         "leaves there, the leg is one-way towards the intersection.",
     )
     slip_lane: bool = Field(
-        False, description="Right turns leave before the stop line and yield, never wait for green."
+        False,
+        description="Right turns (left ones where traffic drives on the left) leave before the "
+        "stop line and yield, never wait for green.",
     )
     heavy_vehicles: Share | None = Field(
         None,
@@ -50,7 +68,9 @@ class Approach(Table):
         "of the vehicle classes.",
     )
     right_on_red: bool = Field(
-        True, description="Whether right turns may go on red, after a stop; false: they wait."
+        True,
+        description="Whether right turns (left ones where traffic drives on the left) may go on "
+        "red, after a stop; false: they wait.",
     )
 
     @field_validator("heading")
@@ -68,10 +88,10 @@ class Approach(Table):
                     raise ValueError(f'unknown turn "{letter}" in "{lanes}"; use R, C, L or U')
             if len(set(token)) < len(token):
                 raise ValueError(f'lane "{token}" in "{lanes}" names a turn twice')
-        ranks = [sorted(TURNS.index(letter) for letter in token) for token in tokens]
-        if any(right[-1] > left[0] for right, left in pairwise(ranks)):
-            raise ValueError(f'ways cross in "{lanes}"; list lanes from kerb to centre: R, C, L, U')
-        return " ".join("".join(sorted(token, key=TURNS.index)) for token in tokens)
+        for order in ORDERS.values():
+            if _in_order(tokens, order):
+                return " ".join("".join(sorted(token, key=order.index)) for token in tokens)
+        raise ValueError(ways_cross(lanes, "right"))
 
     @model_validator(mode="after")
     def _bay_fits(self) -> Self:
@@ -93,6 +113,10 @@ class Approach(Table):
     def lane_turns(self) -> tuple[str, ...]:
         """The turns of each lane at the entrance, from the kerb, as in ``("R", "C", "CL")``."""
         return tuple(self.lanes.split())
+
+    def in_order(self, side: DrivingSide) -> bool:
+        """Whether the lanes are in order where traffic drives on a side."""
+        return _in_order(self.lane_turns, ORDERS[side])
 
     @property
     def has_bay(self) -> bool:

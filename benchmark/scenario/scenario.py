@@ -25,7 +25,7 @@ from benchmark.plumbing.messages import explain
 from benchmark.plumbing.models import Table
 from benchmark.scenario.demand import LARGEST_COUNT, Demand
 from benchmark.scenario.evaluation import Evaluation, Zones
-from benchmark.scenario.layout import COMPASS, LETTERS, TURNS, Approaches
+from benchmark.scenario.layout import COMPASS, LETTERS, TURNS, Approaches, ways_cross
 from benchmark.scenario.signal import Signal
 from benchmark.scenario.vehicles import VehicleClass
 
@@ -93,6 +93,7 @@ class Scenario(Table):
                     "longitude",
                     *(() if self.intersection.priority else ("priority",)),
                     *(() if self.intersection.radius else ("radius",)),
+                    *(() if self.intersection.driving_side == "left" else ("driving_side",)),
                 },
                 "signal": {"maximum_gap"} if self.signal and self.signal.kind == "fixed" else set(),
             },
@@ -216,6 +217,7 @@ class Scenario(Table):
     @model_validator(mode="after")
     def _lanes_match_counts(self) -> Self:
         problems = chain(
+            self._side_problems(),
             self._road_problems(),
             self._heavy_problems(),
             self._priority_problems(),
@@ -225,6 +227,15 @@ class Scenario(Table):
             raise ValueError(problem)
         return self
 
+    def _side_problems(self) -> Iterator[str]:
+        side = self.intersection.driving_side
+        for name, approach in self.approaches.items():
+            if not approach.in_order(side):
+                yield (
+                    f"approaches.{name}.lanes: {ways_cross(approach.lanes, side)} "
+                    f'(intersection.driving_side is "{side}")'
+                )
+
     def _road_problems(self) -> Iterator[str]:
         for name in COMPASS:
             counted = {t for t in TURNS if any(p.counts(name).of(t) > 0 for p in self.demand)}
@@ -232,8 +243,9 @@ class Scenario(Table):
                 yield from self._approach_problems(name, counted)
             elif counted:
                 yield f"demand.{name}: there is no such approach; remove the counts"
-        if not any(movement[-1] in "LC" for movement in self.approaches.movements()):
-            yield "approaches: all lanes turn right; there is nothing to regulate"
+        zones = self.intersection
+        if not any(m[-1] in ("C", zones.crossing_turn) for m in self.approaches.movements()):
+            yield f"approaches: all lanes turn {zones.driving_side}; there is nothing to regulate"
 
     def _approach_problems(self, name: str, counted: set[str]) -> Iterator[str]:
         approach, served = self.approaches.of(name), self.approaches.served_turns(name)
@@ -281,7 +293,7 @@ class Scenario(Table):
     def _signal_problems(self) -> Iterator[str]:
         if self.signal is None:
             return
-        movements = self.approaches.movements()
+        movements, kerb_turn = self.approaches.movements(), self.intersection.kerb_turn
         for index, phase in enumerate(self.signal.phases):
             for movement in phase.movements:
                 if movement not in movements:
@@ -291,11 +303,11 @@ class Scenario(Table):
                     )
         green = {movement for phase in self.signal.phases for movement in phase.movements}
         for movement in movements:
-            if movement not in green and not movement.endswith("R"):
+            if movement not in green and not movement.endswith(kerb_turn):
                 yield f'signal.phases: movement "{movement}" is never green; add it to a phase'
         for name, approach in self.approaches.items():
             own = {movement for movement in green if movement.startswith(f"{LETTERS[name]}-")}
-            turn = f"{LETTERS[name]}-R"
+            turn = f"{LETTERS[name]}-{kerb_turn}"
             if turn in movements and not (own or approach.right_on_red or approach.slip_lane):
                 yield f'signal.phases: movement "{turn}" is never green; add it to a phase'
 

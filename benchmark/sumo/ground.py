@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from benchmark.control.intersection import Point
+from benchmark.control.intersection import DrivingSide, Point
 from benchmark.sumo.junction import shape_of
 from benchmark.sumo.network import Network, open_network
 
@@ -27,6 +27,7 @@ class Surroundings:
 
     lanes: Mapping[str, RoadLane]
     areas: tuple[tuple[Point, ...], ...]  # m, outlines of the junctions
+    driving_side: DrivingSide = "right"
 
 
 def surroundings(network: Network) -> Surroundings:
@@ -38,6 +39,7 @@ def surroundings(network: Network) -> Surroundings:
     return Surroundings(
         lanes={lane.getID(): _road_lane(lane) for lane in lanes},
         areas=tuple(tuple((x, y) for x, y in outline) for outline in outlines if len(outline) > 2),
+        driving_side=network.intersections[0].driving_side,
     )
 
 

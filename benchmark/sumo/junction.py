@@ -6,7 +6,7 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
-from benchmark.control.intersection import REGULATED_TURNS, Intersection, Lane, Movement, Point, Way
+from benchmark.control.intersection import Intersection, Lane, Movement, Point, Way
 from benchmark.scenario.layout import COMPASS, LETTERS
 from benchmark.scenario.scenario import Ruled
 
@@ -43,8 +43,8 @@ class Junction:
     roads: Mapping[tuple[str, str], str]  # (incoming edge, outgoing edge) -> movement
     yielding: frozenset[str] = (
         frozenset()
-    )  # movements that a light never stops: right turns from slip lanes
-    waiting: frozenset[str] = frozenset()  # right turns that may not go on red
+    )  # movements that a light never stops: kerb turns from slip lanes
+    waiting: frozenset[str] = frozenset()  # kerb turns that may not go on red
 
 
 def movement_of(junction: Junction, route: tuple[str, ...]) -> str | None:
@@ -68,18 +68,18 @@ def read_junction(
         name: the id of one of its traffic lights, or of a junction without one.
         ruled: what the scenario says of the junction.
         step: simulated time between two calls of a controller [s].
-        slip_roads: incoming edges whose right turns leave by a slip lane.
-        waiting_roads: incoming edges whose right turns may not go on red.
+        slip_roads: incoming edges whose kerb turns leave by a slip lane.
+        waiting_roads: incoming edges whose kerb turns may not go on red.
         names: of movements by (incoming edge, outgoing edge), as in ``E-L``; where there is none,
             the direction that SUMO sees tells the turn.
     """
     junction = _Reader(network, name, ruled, step, names).junction()
-    rights = [turn for turn in junction.intersection.movements.values() if turn.turn == "R"]
+    kerb_turns = [turn for turn in junction.intersection.movements.values() if turn.keeps_to_kerb]
     return replace(
         junction,
-        yielding=frozenset(turn.id for turn in rights if turn.approach in slip_roads),
+        yielding=frozenset(turn.id for turn in kerb_turns if turn.approach in slip_roads),
         waiting=frozenset(
-            turn.id for turn in rights if turn.approach in {*waiting_roads} - {*slip_roads}
+            turn.id for turn in kerb_turns if turn.approach in {*waiting_roads} - {*slip_roads}
         ),
     )
 
@@ -150,6 +150,7 @@ class _Reader:
             lanes=MappingProxyType(self._lanes()),
             movements=MappingProxyType(movements),
             phases=MappingProxyType(signal.movements_by_phase() if signal else {}),
+            driving_side=zones.driving_side,
         )
         return Junction(
             intersection=intersection,
@@ -201,11 +202,12 @@ class _Reader:
                         exit=target,
                         ways=tuple(self._way(link) for link in links),
                         conflicts=frozenset(conflicts[name]),
+                        kerb_turn=self.ruled.zones.kerb_turn,
                     )
         return movements
 
     def _pieces(self, link: Any) -> list[Any]:
-        """The lanes inside the junction along a connection; left turns may have two."""
+        """The lanes inside the junction along a connection; crossing turns may have two."""
         pieces = []
         via = link.getViaLaneID()
         while via:
@@ -238,13 +240,13 @@ class _Reader:
     def _conflicts(self) -> dict[str, set[str]]:
         """Movements of different approaches whose connections SUMO calls foes.
 
-        Right turns stay out: they merge, and nobody regulates them.
+        Kerb turns stay out: they merge, and nobody regulates them.
         """
         conflicts: dict[str, set[str]] = {name: set() for name in self.names.values()}
         links = [
             (link, self._movement(link), link.getJunction(), link.getJunctionIndex())
             for link in self.links.values()
-            if _turn_of(self._movement(link)) in REGULATED_TURNS
+            if _turn_of(self._movement(link)) != self.ruled.zones.kerb_turn
         ]
         for link, name, node, index in links:
             for other, other_name, other_node, other_index in links:

@@ -29,7 +29,7 @@ def plain_xml(
         setbacks: how far netconvert pulls each approach's entrance back from the centre [m], so
             that lengths can be measured from the entrance; empty on the first pass.
         stop_signs: whether stop signs stand where the lights would.
-        waiting_lefts: left turns that wait for gaps inside, as in ``E-L``.
+        waiting_lefts: crossing turns that wait for gaps inside, as in ``E-L``.
     """
     kind = _stop_signs(scenario) if stop_signs else 'type="traffic_light"'
     if radius := scenario.intersection.radius:
@@ -83,7 +83,9 @@ class _Leg:
     ) -> None:
         self.scenario, self.name, self.approach, self.setback = scenario, name, approach, setback
         self.stop_signs = stop_signs
-        self.waits_inside = f"{LETTERS[name]}-L" in waiting_lefts
+        self.kerb_turn = scenario.intersection.kerb_turn
+        self.crossing_turn = scenario.intersection.crossing_turn
+        self.waits_inside = f"{LETTERS[name]}-{self.crossing_turn}" in waiting_lefts
         self.lanes = approach.lane_turns
         self.upstream = approach.upstream_lanes or len(self.lanes)
         self.onward = getattr(scenario.approaches, _opposite(name))  # arrives on the other side
@@ -153,14 +155,14 @@ class _Leg:
         return ' priority="1"' if has_it else ""
 
     def lanes_into_bay(self) -> Iterator[str]:
-        """Right-turn lanes leave the kerb lane, left-turn lanes the innermost, the rest spread."""
+        """Kerb-turn lanes leave the kerb lane, crossing ones the innermost, the rest spread."""
         if not self.approach.has_bay:
             return
         cross = [index for index, turns in enumerate(self.lanes) if "C" in turns]
         for index, turns in enumerate(self.lanes):
             if index in cross:
                 source = cross.index(index) * self.upstream // len(cross)
-            elif "R" in turns and "L" not in turns:
+            elif self.kerb_turn in turns and self.crossing_turn not in turns:
                 source = 0
             else:
                 source = self.upstream - 1
@@ -178,12 +180,13 @@ class _Leg:
                 yield _connection(self.exit, f"{self.exit}.far", index, max(0, index - surplus))
 
     def ways_through(self) -> Iterator[str]:
-        """Right turns keep to the kerb of the exit; cross and left turns to its centre line.
+        """Kerb turns keep to the kerb of the exit; the others to its centre line.
 
-        Only a left turn that a phase of the ruling program permits to filter through gaps gets a
-        waiting point inside the junction. Elsewhere a vehicle that stands in the middle of the box
-        is an accident to come: with SUMO's waiting points everywhere, dark lights gave collisions
-        by the dozen and rings of four left-turners that wait for each other forever.
+        Only a crossing turn (left where traffic drives on the right) that a phase of the ruling
+        program permits to filter through gaps gets a waiting point inside the junction. Elsewhere
+        a vehicle that stands in the middle of the box is an accident to come: with SUMO's
+        waiting points everywhere, dark lights gave collisions by the dozen and rings of four
+        left-turners that wait for each other forever.
         """
         for turn in TURNS:
             leg = self.scenario.approaches.exit_leg(self.name, turn)
@@ -191,9 +194,10 @@ class _Leg:
             if leg is None or not sources:
                 continue
             lanes = _Leg(self.scenario, leg, self.scenario.approaches.of(leg), 0).receiving
-            first = 0 if turn == "R" else lanes - len(sources)
+            first = 0 if turn == self.kerb_turn else lanes - len(sources)
             for offset, source in enumerate(sources):
-                extra = "" if turn == "L" and self.waits_inside else 'contPos="0"'
+                waits = turn == self.crossing_turn and self.waits_inside
+                extra = "" if waits else 'contPos="0"'
                 yield _connection(self.name, exit_name(leg), source, first + offset, extra)
 
 

@@ -1,7 +1,7 @@
 """Scenario -> SUMO network by netconvert; sumolib reads it back into movements and lanes."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -43,7 +43,7 @@ def build_network(
     Args:
         scenario: where.
         stop_signs: whether stop signs stand where the lights would; roads are the same.
-        waiting_lefts: left turns with a waiting point inside, for programs that permit them.
+        waiting_lefts: crossing turns with a waiting point inside, for programs that permit them.
 
     Raises:
         NetworkError: netconvert refuses it, or it does not have the movements of the scenario.
@@ -58,13 +58,15 @@ _built: dict[tuple[str, bool, frozenset[str]], Network] = {}  # a process meets 
 
 
 def _build(scenario: Scenario, stop_signs: bool, waiting_lefts: frozenset[str]) -> Network:
+    options = _options(scenario)
     plain = partial(plain_xml, scenario, stop_signs=stop_signs, waiting_lefts=waiting_lefts)
     first = plain(setbacks={})
     sources = [Path(file).read_bytes() for file in (__file__, plain_xml.__code__.co_filename)]
-    key = tools.digest(tools.sumo_version(), *sources, *OPTIONS, *first.values())
+    key = tools.digest(tools.sumo_version(), *sources, *options, *first.values())
 
     def make(folder: Path) -> None:
-        _netconvert(folder, plain(setbacks=_setbacks(_netconvert(folder, first), scenario)))
+        setbacks = _setbacks(_netconvert(folder, first, options), scenario)
+        _netconvert(folder, plain(setbacks=setbacks), options)
 
     path = tools.cached("networks", key, make) / "net.xml"
     junctions = _read(path, scenario)
@@ -73,13 +75,19 @@ def _build(scenario: Scenario, stop_signs: bool, waiting_lefts: frozenset[str]) 
     return network
 
 
-def _netconvert(folder: Path, plain: Mapping[str, str]) -> Path:
+def _options(scenario: Scenario) -> tuple[str, ...]:
+    """What netconvert is told besides the roads."""
+    on_the_left = scenario.intersection.driving_side == "left"
+    return (*OPTIONS, "--lefthand", "true") if on_the_left else OPTIONS
+
+
+def _netconvert(folder: Path, plain: Mapping[str, str], options: Sequence[str]) -> Path:
     for name, text in plain.items():
         (folder / name).write_text(text)
     target = folder / "net.xml"
     files = ["-n", folder / "net.nod.xml", "-e", folder / "net.edg.xml"]
     files += ["-x", folder / "net.con.xml", "-o", target]
-    tools.run_program("netconvert", *map(str, files), *OPTIONS)
+    tools.run_program("netconvert", *map(str, files), *options)
     # the leading comment holds the time and the paths, which must not enter the hash
     target.write_text(re.sub(r"<!--.*?-->\n*", "", target.read_text(), flags=re.DOTALL))
     return target

@@ -106,9 +106,9 @@ def _touched(lanes: Iterable[frozenset[str]], names: Iterable[str]) -> int:
 
 
 def lane_groups(scenario: Scenario, intersection: Intersection) -> list[LaneGroup]:
-    """Movements joined where they share a lane, right turns too.
+    """Movements joined where they share a lane, kerb turns too.
 
-    Right turns on a slip lane of their own pass beside the signal and are left out.
+    Kerb turns on a slip lane of their own pass beside the signal and are left out.
     """
     lanes = [
         frozenset(name for name in lane.movements if intersection.movements[name].ways)
@@ -129,7 +129,7 @@ def lane_groups(scenario: Scenario, intersection: Intersection) -> list[LaneGrou
 def _passes_beside(scenario: Scenario, intersection: Intersection, group: Iterable[str]) -> bool:
     movements = [intersection.movements[name] for name in group]
     return all(
-        movement.turn == "R" and scenario.approaches.of(movement.approach).slip_lane
+        movement.keeps_to_kerb and scenario.approaches.of(movement.approach).slip_lane
         for movement in movements
     )
 
@@ -175,17 +175,17 @@ class Loading:
         return min(protected, filtering_flow(opposing, *PERMITTED_LEFT)) if opposing else protected
 
     def turned_on_red(self, movement: str) -> float:
-        """Right turns that leave while their light is red [veh/h]."""
+        """Kerb turns that leave while their light is red [veh/h]."""
         return min(self._count(movement), self._capacity_on_red(movement))
 
     def _capacity_on_red(self, movement: str) -> float:
-        """What right turns can do on red: filter into the traffic of their exit [veh/h].
+        """What kerb turns can do on red: filter into the traffic of their exit [veh/h].
 
         On a shared lane no more of them leave in a cycle than stand before the first vehicle that
         does not turn.
         """
         road = self._intersection.movements[movement]
-        if road.turn != "R" or not self._scenario.approaches.of(road.approach).right_on_red:
+        if not road.keeps_to_kerb or not self._scenario.approaches.of(road.approach).right_on_red:
             return 0.0
         green = sum(phase.green for phase in self._phases(movement)) / self._signal.cycle
         filtering = max(0.0, 1 - green) * self._merging(road)
@@ -229,7 +229,7 @@ class Loading:
     def _phases(self, movement: str) -> list[SignalPhase]:
         """The phases in which a movement can discharge."""
         road = self._intersection.movements[movement]
-        if road.turn != "R":
+        if not road.keeps_to_kerb:
             return self._green_with({movement})
         if mates := self._mates[movement]:
             return self._green_with(mates | {movement})
@@ -238,11 +238,11 @@ class Loading:
     def _main_phases(self, movement: str) -> list[SignalPhase]:
         """The phases that must be long enough for a movement.
 
-        A right turn that has its lane to itself takes what the through traffic beside it has.
+        A kerb turn that has its lane to itself takes what the through traffic beside it has.
         """
         phases = self._phases(movement)
         road = self._intersection.movements[movement]
-        if road.turn != "R" or self._mates[movement]:
+        if not road.keeps_to_kerb or self._mates[movement]:
             return phases
         through = [
             name

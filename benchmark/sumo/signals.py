@@ -48,8 +48,10 @@ def _conflicting_greens(scenario: Scenario, signal: Signal, junction: Junction) 
             for other in sorted(movements[name].conflicts & set(phase.movements)):
                 straight = {movements[name].turn, movements[other].turn} == {"C"}
                 if straight or not {name, other} & set(phase.permitted):
-                    remedy = "split the phase, or name a left that yields in permitted"
-                    if {movements[name].turn, movements[other].turn} == {"L"}:
+                    remedy = (
+                        f"split the phase, or name a {_crossing(junction)} that yields in permitted"
+                    )
+                    if movements[name].crosses_oncoming and movements[other].crosses_oncoming:
                         remedy = _of_lefts(scenario, junction, name, other) or remedy
                     yield (
                         f"signal.phases[{index}]: {name} and {other} conflict but are green "
@@ -57,8 +59,13 @@ def _conflicting_greens(scenario: Scenario, signal: Signal, junction: Junction) 
                     )
 
 
+def _crossing(junction: Junction) -> str:
+    """The word for a turn across oncoming traffic."""
+    return "left" if junction.intersection.driving_side == "right" else "right"
+
+
 def _of_lefts(scenario: Scenario, junction: Junction, name: str, other: str) -> str | None:
-    """What helps two lefts that a wider box would keep apart."""
+    """What helps two crossing turns that a wider box would keep apart."""
     intersection = junction.intersection
     radius = clearance.radius_for(scenario, intersection.id, name, other)
     if radius is None:
@@ -126,15 +133,15 @@ def _width(junction: Junction) -> int:
 def green(junction: Junction, phase: SignalPhase) -> str:
     """The state of a phase's green, a letter per link in SUMO's alphabet.
 
-    Right turns follow US practice: with their approach green, or in a phase that names them, they
-    go and yield to merging traffic; on red they stop first, where they may go at all; from a slip
-    lane they only yield.
+    Kerb turns follow US practice, mirrored where traffic drives on the left: with their approach
+    green, or in a phase that names them, they go and yield to merging traffic; on red they stop
+    first, where they may go at all; from a slip lane they only yield.
     """
     approaches = {junction.intersection.movements[name].approach for name in phase.movements}
     state = ["r"] * _width(junction)
     for index, name in junction.links.items():
         movement = junction.intersection.movements[name]
-        if movement.turn == "R":
+        if movement.keeps_to_kerb:
             goes = name in junction.yielding or movement.approach in approaches
             state[index] = "g" if goes else "r" if name in junction.waiting else "s"
         elif name in phase.permitted:

@@ -109,9 +109,9 @@ def propose_program(scenario: Scenario, intersection: Intersection) -> Signal:
 
 
 def _groups_to_serve(scenario: Scenario, intersection: Intersection) -> Iterator[LaneGroup]:
-    """Lane groups without their right turns, which go with their approach.
+    """Lane groups without their kerb turns, which go with their approach.
 
-    Right turns of an approach that has no others and may not turn on red need a green too.
+    Kerb turns of an approach that has no others and may not turn on red need a green too.
     """
     movements = intersection.movements
     for group in lane_groups(scenario, intersection):
@@ -181,11 +181,12 @@ def _together(intersection: Intersection, first: LaneGroup, second: LaneGroup) -
 def _yielder(
     intersection: Intersection, first: LaneGroup, second: LaneGroup, a: str, b: str
 ) -> str | None:
-    """Which of two conflicting movements yields: a left that shares lanes with cross traffic."""
+    """Which of two conflicting movements yields: a crossing turn that shares cross lanes."""
     for group, movement, against in ((first, a, b), (second, b, a)):
-        turns = [intersection.movements[name].turn for name in (movement, against)]
+        yields, passes = intersection.movements[movement], intersection.movements[against]
         shares = any(intersection.movements[name].turn == "C" for name in group.movements)
-        if shares and turns in (["L", "C"], ["L", "L"]):
+        meets = passes.turn == "C" or passes.crosses_oncoming
+        if shares and yields.crosses_oncoming and meets:
             return movement
     return None
 

@@ -84,8 +84,9 @@ def _regulated(intersection: Intersection) -> Iterable[RegulatedLane]:
 
 
 def _heads(junction: Junction) -> Iterable[Head]:
-    """The heads of each lane side by side at its stop line, left turns to the left."""
+    """The heads of each lane side by side at its stop line, as their ways lie."""
     movements = junction.intersection.movements
+    abreast = junction.intersection.turns_abreast
     by_lane: dict[str, list[int]] = {}
     met: Counter[str] = Counter()
     for link, name in junction.links.items():
@@ -98,7 +99,7 @@ def _heads(junction: Junction) -> Iterable[Head]:
         east, north = entrance.ahead
         angle = round(float(np.degrees(np.arctan2(east, north))), 1)
         size = HEAD_GAP * lane.width / len(links)
-        links.sort(key=lambda link: "ULCR".index(movements[junction.links[link]].turn))
+        links.sort(key=lambda link: abreast.index(movements[junction.links[link]].turn))
         for order, link in enumerate(links):
             aside = (order - (len(links) - 1) / 2) * size
             yield Head(link, _place(entrance.at(aside, 0.0)), angle, round(size, 2))

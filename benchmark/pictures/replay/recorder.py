@@ -49,6 +49,8 @@ class Recorder:
     def begin(self, scenario: Scenario, network: Network, logs: Mapping[str, Log]) -> None:
         """Take note of what runs, and where."""
         self._scenario, self._network, self._logs = scenario, network, logs
+        on_the_right = network.intersections[0].driving_side == "right"
+        self._inwards = 1 if on_the_right else -1  # side of the centre line, 1 is left
 
     def strangers(self, poses: Iterable[Pose]) -> list[str]:
         """The vehicles that have not been met."""
@@ -85,7 +87,7 @@ class Recorder:
                 told, acceleration, side = _spoken(command, vehicle in orders.held_back)
                 self._sights.told[row] = told
                 self._sights.acceleration[row] = acceleration
-                self._sights.side[row] = side
+                self._sights.side[row] = side * self._inwards
 
     def trajectories(self, record: Record) -> Trajectories:
         """What was kept, when the episode is over.

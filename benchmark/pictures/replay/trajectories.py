@@ -123,7 +123,7 @@ class Tracks:
     speed: Floats  # m/s
     told: Ints  # Told
     acceleration: Floats  # m/s2, of a Drive
-    side: Ints  # lane change of a Drive: 1 to the left, -1 to the right
+    side: Ints  # lane change of a Drive, as drivers see it: 1 to the left, -1 to the right
     in_zone: Ints  # 1 in the control zone, 0 elsewhere
     waited: Ints  # steps it stood in control zones so far
 

@@ -62,9 +62,11 @@ def _approach_label(axes: Axes, scene: Scene, name: str, entrance: RoadPlace, re
     words = name if short == name else f"{name} ({short})"
     metre = 72 * PLAN / (2 * reach)  # points
     width, height = ((side + 14) / metre for side in extent(words, 9, "bold"))
-    kerb = max(entrance.beside(np.array(lane.shape[-1])) for lane in scene.approaches[name]) + 1.6
+    side = 1 if scene.intersection.driving_side == "right" else -1  # of the kerb
+    lanes = scene.approaches[name]
+    kerb = max(side * entrance.beside(np.array(lane.shape[-1])) for lane in lanes) + 1.6
     right = abs(entrance.right)
-    aside = kerb + (width * right[0] + height * right[1]) / 2 + 1.5
+    aside = side * (kerb + (width * right[0] + height * right[1]) / 2 + 1.5)
     room = np.array([reach - width / 2 - 3, reach - height / 2 - 3])
     from_centre = entrance.at(aside, 0.0) - scene.centre
     limits = (room + np.sign(entrance.ahead) * from_centre) / np.maximum(abs(entrance.ahead), 1e-9)

@@ -50,8 +50,9 @@ def _notes(scene: Scene, signal: Signal) -> Iterator[str]:
     """What the diagram leaves out."""
     if signal.kind == "actuated":
         yield "Greens are the longest; ticks mark the shortest."
-    if any(movement.turn == "R" for movement in scene.intersection.movements.values()):
-        yield "Right turns go with any green of their approach and yield; on red they stop first."
+    if any(movement.keeps_to_kerb for movement in scene.intersection.movements.values()):
+        side = scene.intersection.driving_side.capitalize()
+        yield f"{side} turns go with any green of their approach and yield; on red they stop first."
     waiting = [name for name, road in scene.scenario.approaches.items() if not road.right_on_red]
     if waiting:
         yield f"No turn on red: {', '.join(waiting)}."
@@ -83,7 +84,7 @@ def _phase_diagram(axes: Axes, scene: Scene, signal: Signal) -> None:
 
 
 def _rows(scene: Scene, signal: Signal) -> list[str]:
-    """Regulated movements, and right turns that a phase names (overlaps)."""
+    """Regulated movements, and kerb turns that a phase names (overlaps)."""
     named = {name for phase in signal.phases for name in phase.movements}
     return [
         name
