@@ -19,7 +19,7 @@ DRIVERS: dict[str, dict[str, Any]] = {
     "IDM, headway 1.4 s": {"model": "IDM", "headway": 1.4},
     "Krauss, headway 1 s": {"model": "Krauss", "headway": 1.0},
 }
-SPEEDS = (8.33, 10.0, 13.89, 20.0)  # m/s
+SPEEDS = (8.33, 10.0, 13.89, 20.0, 25.0)  # m/s
 GREENS = (15.0, 26.0, 50.0)  # s
 
 
